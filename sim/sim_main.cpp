@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "rcs/base/exit_status.h"
+#include "rcs/command_line/parse.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "sim/real_time.h"
@@ -88,10 +89,8 @@ int sim_main(int argc, char** argv) {
   CLI::App app;
   Options options;
   rcs::sim::add_sim_options(&app, &options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? rcs::kExitOk : rcs::kExitUsage;
+  if (const auto ended = rcs::command_line::parse(&app, argc, argv)) {
+    return rcs::command_line::print(*ended);
   }
   const auto outage = [](const std::vector<double>& s) -> std::optional<rcs::sim::Outage> {
     if (s.empty()) return std::nullopt;

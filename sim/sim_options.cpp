@@ -4,37 +4,41 @@
 
 #include <CLI/CLI.hpp>
 
-#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/bus_options.h"
 
 namespace rcs::sim {
 
 void add_sim_options(CLI::App* app, SimOptions* options) {
   app->name("sim");
   app->description(
-      "Reference simulation: drives a scenario and publishes its sensors at real time. A scenario\n"
+      "Reference simulation: drives a scenario and publishes its sensors in real time. A scenario\n"
       "with [drive] mode = \"commanded\" receives BG_DRIVE, and stops without a valid command.");
-  app->add_option("SCENARIO", options->scenario, "config/sim/*.toml")->required();
-  app->add_option(
-      "--lcm-url", options->lcm_url,
-      fmt::format("URL of the LCM bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+  app->add_option("SCENARIO", options->scenario, "scenario (TOML), e.g. config/sim/demo.toml")
+      ->type_name("FILE")
+      ->required();
+  add_bus_option(app, &options->lcm_url);
   app->add_option("--seed", options->overrides.seed,
-                  "seed of the noise, instead of that of the file");
+                  "seed of the noise, instead of that of the scenario");
   app->add_option("--ins", options->overrides.ins_grade,
-                  "INS grade: tactical, industrial, consumer");
+                  "INS grade (tactical, industrial or consumer), instead of that of the scenario")
+      ->type_name("GRADE");
   app->add_option("--gps-outage", options->gps_outage_s,
-                  "BEGIN,LENGTH [s] of a GPS outage, instead of those of the file")
+                  "begin and length of a GPS outage [s], instead of the outages of the scenario")
+      ->type_name("BEGIN,LENGTH")
       ->delimiter(',')
       ->expected(2);
   app->add_option("--gps-lost-after", options->overrides.gps_lost_after_m,
-                  "distance [m] after which GPS is lost for the rest of the drive, instead of that "
-                  "of the file");
+                  "distance after which GPS is lost for the rest of the drive [m], instead of that "
+                  "of the scenario");
   app->add_option("--ladar-outage", options->ladar_outage_s,
-                  "BEGIN,LENGTH [s] of a LADAR outage, instead of those of the file")
+                  "begin and length of a LADAR outage [s], instead of the outages of the scenario")
+      ->type_name("BEGIN,LENGTH")
       ->delimiter(',')
       ->expected(2);
   app->add_option("--silence", options->silences,
-                  "SOURCE,BEGIN,LENGTH: SOURCE publishes nothing from BEGIN s on for LENGTH "
-                  "s;\nSOURCE is ins, gps, odometry, ladar or all")
+                  "SOURCE (ins, gps, odometry, ladar or all) publishes nothing from BEGIN on for "
+                  "LENGTH [s]; may be repeated")
+      ->type_name("SOURCE,BEGIN,LENGTH")
       ->delimiter(',')
       ->check(CLI::Validator(
           [](std::string& value) {

@@ -37,8 +37,9 @@ struct Folder {
 const Folder kFolders[] = {
     {"rcs/base/.*", "rcs/base/.*", "rcs"},
     {"rcs/terrain/.*", "rcs/(base|terrain)/.*", "rcs"},
+    {"rcs/command_line/.*", "rcs/(base|command_line)/.*", "rcs::command_line"},
     {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*", "rcs(::(channel|event))?"},
-    {"rcs/node/.*", "(rcs/(base|node)|lcmtypes)/.*", "rcs"},
+    {"rcs/node/.*", "(rcs/(base|command_line|node)|lcmtypes)/.*", "rcs"},
     {"rcs/prior/.*", "(rcs/(base|terrain|node|prior)|lcmtypes)/.*", "rcs"},
     {"rcs/cdr/.*", "rcs/(base|cdr)/.*", "rcs::cdr"},
     {"rcs/dds/.*", "rcs/(base|node|dds)/.*", "rcs::dds"},
@@ -140,9 +141,10 @@ const Rule kIncludeRules[] = {
     {"boost/.*", "(tools/view|tests/tools/view)/.*", "Boost belongs to the viewer"},
     {"zstd\\.h", "tools/mcap/compression\\.cpp", "zstd belongs to tools/mcap/compression.cpp"},
     {"(gdal|ogr|cpl)[a-z_0-9]*\\.h", "tools/survey/.*", "GDAL belongs to tools/survey"},
-    {"CLI/.*", "(tools/.*|.*_(main|options)\\.cpp)", "command lines belong to tools and mains"},
+    {"CLI/.*", "((tools|rcs/command_line|tests/command_line)/.*|.*_(main|options)\\.cpp)",
+     "command lines belong to rcs/command_line, tools and mains"},
     {"fmt/.*",
-     "(rcs/(node|dds)|modules/.*_(node|main|config)\\.|modules/(gateway|ros2_bridge)/"
+     "(rcs/(command_line|node|dds)|modules/.*_(node|main|config)\\.|modules/(gateway|ros2_bridge)/"
      "dds_link|sim|tools|tests).*",
      "text belongs to shells and tools; a core returns facts"},
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
@@ -174,7 +176,7 @@ const Rule kCodeRules[] = {
      "outputs of rcs are written by OutputFile (tools/base/files.h)"},
     {R"(\bf?printf\s*\(|\bstd::(cout|cerr|clog)\b|\bfmt::print\b)",
      "(?!modules/|rcs/|lcmtypes/).*|rcs/base/check\\.h|"
-     "rcs/node/(report|process/(node_main|cycle_sinks))\\.cpp",
+     "rcs/(command_line/parse|node/(report|process/(node_main|cycle_sinks)))\\.cpp",
      "a node reports by events (rcs/node/report.h)"},
 };
 

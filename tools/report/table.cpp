@@ -4,10 +4,11 @@
 
 #include <algorithm>
 
+#include "rcs/base/text.h"
+
 namespace rcs::report {
 namespace {
 
-constexpr std::size_t kColumns = 100;
 constexpr std::size_t kGap = 2;
 
 using Cells = std::vector<std::string>;
@@ -54,7 +55,7 @@ std::vector<std::size_t> widths_of(const Table& table) {
   const auto too_wide = [&] {
     std::size_t all = n == 0 ? 0 : kGap * (n - 1);
     for (const std::size_t w : width) all += w;
-    return all > kColumns;
+    return all > kTextColumns;
   };
   for (const std::vector<std::size_t>& limit : {by_cells, least}) {
     while (too_wide()) {
@@ -103,25 +104,6 @@ std::string to_text(const Table& table) {
   std::string text = row_text(table.header, width, true, table.left);
   for (const Cells& row : table.rows) text += row_text(row, width, false, table.left);
   if (!table.note.empty()) text += "(" + wrapped(table.note, 1) + ")\n";
-  return text;
-}
-
-std::string wrapped(std::string_view line, std::size_t indent) {
-  std::string text;
-  std::size_t column = 0;
-  while (!line.empty()) {
-    const std::size_t end = std::min(line.find(' '), line.size());
-    if (column > indent && column + 1 + end > kColumns) {
-      text += "\n" + std::string(indent, ' ');
-      column = indent;
-    } else if (!text.empty()) {
-      text += ' ';
-      ++column;
-    }
-    text += line.substr(0, end);
-    column += end;
-    line.remove_prefix(std::min(end + 1, line.size()));
-  }
   return text;
 }
 

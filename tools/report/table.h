@@ -19,10 +19,6 @@ struct Table {
 /// more than 100 columns is made narrower by breaking headers and cells between words.
 [[nodiscard]] std::string to_text(const Table& table);
 
-/// A line broken between words, so that none has more than 100 columns; a single longer word stays.
-/// @param indent  blanks before the second and all further lines
-[[nodiscard]] std::string wrapped(std::string_view line, std::size_t indent);
-
 /// @return v with so many decimals
 [[nodiscard]] std::string fixed(double v, int digits);
 

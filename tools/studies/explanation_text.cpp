@@ -10,6 +10,7 @@
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
+#include "rcs/base/text.h"
 #include "rcs/node/time_text.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/recording/run_log.h"
@@ -171,7 +172,7 @@ std::string events_text(const MessageHistory& history, Stamp begin, Stamp moment
         "{} UTC {:.1f} s ({}) {}: {}: {}", time_of_day(to_utime(e.arrival)),
         seconds(e.arrival - begin), ago(moment - e.arrival), evaluation::printable(e.message.node),
         evaluation::printable(e.message.code), evaluation::printable(e.message.text));
-    text += report::wrapped(line, 4) + "\n";
+    text += wrapped(line, 4) + "\n";
   }
   if (text.empty()) return "No events in the last 30 s.\n";
   return "events of the last 30 s: time of day, seconds of the log\n" + text;

@@ -15,6 +15,7 @@
 
 #include "modules/sp/sp_config.h"
 #include "rcs/base/exit_status.h"
+#include "rcs/command_line/parse.h"
 #include "rcs/node/params/params.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/files.h"
@@ -175,11 +176,8 @@ int view_main(int argc, char** argv) {
   CLI::App app("Show a run or the bus in a browser", "rcs view");
   ViewOptions options;
   add_view_options(&app, &options);
-  app.set_version_flag("--version", "rcs_view " RCS_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  if (const auto ended = command_line::parse(&app, argc, argv)) {
+    return command_line::print(*ended);
   }
   if (const Outcome checked = check(options); !checked) {
     return fail(kExitUsage, checked.error().message);

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/bus_options.h"
 
 namespace rcs::view {
 namespace {
@@ -47,26 +47,30 @@ void add_view_options(CLI::App* app, ViewOptions* options) {
   app->add_option("--config", options->config,
                   "configuration of the vehicle: the calibration makes points of LADAR_RANGES")
       ->check(CLI::ExistingFile);
-  app->add_option("--lcm-url", options->lcm_url,
-                  fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+  add_bus_option(app, &options->lcm_url);
   app->add_option("--host", options->host,
                   "address at which the page is served; another one than a loopback address shows\n"
                   "the run to everyone who reaches it")
+      ->type_name("ADDRESS")
       ->capture_default_str();
   app->add_option("--port", options->port, "port of the page; 0: the system chooses a free one")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   app->add_option("--allow-origin", options->allowed_origins,
                   "origin of a web page that may connect, e.g. https://app.example.org; pages of\n"
-                  "this computer and desktop programs may always; repeatable")
+                  "this computer and desktop programs may always; may be repeated")
+      ->type_name("ORIGIN")
       ->allow_extra_args(false);
   app->add_option("--shot", options->shot,
-                  "t=SECONDS: write a picture of this moment of LOG and end; needs Chromium");
+                  "write a picture of this moment of LOG and end; needs Chromium")
+      ->type_name("t=SECONDS");
   app->add_option("--panel", options->panel, "with --shot: what the picture shows")
       ->check(CLI::IsMember({"all", "3d", "timeline", "status", "pairs"}))
       ->capture_default_str();
-  app->add_option("-o,--out", options->out, "with --shot: the picture, e.g. picture.png");
-  app->add_option("--size", options->size, "with --shot: WIDTHxHEIGHT in pixels")
+  app->add_option("-o,--out", options->out, "with --shot: the picture, e.g. picture.png")
+      ->type_name("FILE");
+  app->add_option("--size", options->size, "with --shot: size of the picture in pixels")
+      ->type_name("WIDTHxHEIGHT")
       ->capture_default_str();
   app->add_flag("--dark", options->dark, "with --shot: dark colors");
   app->footer(

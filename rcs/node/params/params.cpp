@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "rcs/base/regular_file.h"
+#include "rcs/base/text.h"
 #include "rcs/node/bus/publisher.h"
 #include "rcs/node/params/param_text.h"
 #include "rcs/node/params/params_state.h"

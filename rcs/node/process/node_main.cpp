@@ -12,6 +12,7 @@
 
 #include "rcs/base/exit_status.h"
 #include "rcs/base/regular_file.h"
+#include "rcs/command_line/parse.h"
 #include "rcs/node/bus/bus_exposure.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/local_bus.h"
@@ -120,10 +121,8 @@ int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactor
   CLI::App app;
   NodeOptions options;
   add_node_options(name, &app, &options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  if (const auto ended = command_line::parse(&app, argc, argv)) {
+    return command_line::print(*ended);
   }
   return options.check ? check(name, options, factory) : run_live(name, options, factory);
 }

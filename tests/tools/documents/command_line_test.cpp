@@ -13,7 +13,73 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-class CommandLine : public RcsCommand {};
+class CommandLine : public RcsCommand {
+ protected:
+  /// Exit status of a program of the system, next to rcs; its output is out() and messages().
+  int run(const std::string& command) {
+    const std::string line = variable("RCS_BIN_DIR") + "/" + command + " >" + folder_ + "/out 2>" +
+                             folder_ + "/messages";
+    const int status = std::system(line.c_str());  // NOLINT(cert-env33-c)
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  /// The programs that this build has.
+  static std::vector<std::string> programs() {
+    std::vector<std::string> built;
+    for (const char* name :
+         {"rcs", "sp", "wm", "bg", "gateway", "ros2_bridge", "sim", "rcs_view"}) {
+      if (std::filesystem::exists(variable("RCS_BIN_DIR") + "/" + name)) built.emplace_back(name);
+    }
+    return built;
+  }
+};
+
+/// Lines of a help that are wider than a terminal, or that have the words of CLI11.
+std::string flaws_of(const std::string& help) {
+  std::string flaws;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) {
+    bool flaw = line.size() > 100;
+    for (const char* word :
+         {"FLOAT:", "TEXT:", "INT:", "REQUIRED", "Needs:", "Excludes:", "UINT"}) {
+      flaw = flaw || line.find(word) != std::string::npos;
+    }
+    if (flaw) flaws += line + "\n";
+  }
+  return flaws;
+}
+
+TEST_F(CommandLine, EveryProgramHasHelpAndVersion) {
+  EXPECT_GE(programs().size(), 7U);
+  for (const std::string& program : programs()) {
+    EXPECT_EQ(run(program + " --help"), 0) << program;
+    EXPECT_EQ(flaws_of(out()), "") << program;
+    EXPECT_THAT(out(), HasSubstr("\nUsage: ")) << program;
+    EXPECT_THAT(out(), HasSubstr("  --version   ")) << program;
+    EXPECT_EQ(run(program + " --version"), 0) << program;
+    const bool rcs = program.rfind("rcs", 0) == 0;
+    EXPECT_THAT(out(), StartsWith(rcs ? "rcs 0." : program + " (rcs) 0.")) << program;
+    EXPECT_EQ(messages(), "") << program;
+  }
+}
+
+TEST_F(CommandLine, EveryProgramNamesAnUnknownOption) {
+  for (const std::string& program : programs()) {
+    const std::string name = program == "rcs_view" ? "rcs view" : program;
+    EXPECT_EQ(run(program + " --bogus"), 2) << program;
+    EXPECT_EQ(messages(), name + ": unknown option --bogus (see `" + name + " --help`)\n");
+    EXPECT_EQ(run(program + " --hepl"), 2) << program;
+    EXPECT_THAT(messages(), HasSubstr("unknown option --hepl; did you mean --help?")) << program;
+  }
+}
+
+TEST_F(CommandLine, NodesAndSimulatorNameAMissingArgument) {
+  EXPECT_EQ(run("wm"), 2);
+  EXPECT_EQ(messages(), "wm: CONFIG is required; see `wm --help`\n");
+  EXPECT_EQ(run("sim"), 2);
+  EXPECT_EQ(messages(), "sim: SCENARIO is required; see `sim --help`\n");
+  EXPECT_EQ(run("sim a.toml --gps-outage 0,nan"), 2);
+  EXPECT_THAT(messages(), HasSubstr("nan is not a finite number"));
+}
 
 TEST_F(CommandLine, EveryCommandHasAVersion) {
   for (const char* command : {"", "log ", "log cut ", "register ", "map build "}) {
@@ -60,7 +126,7 @@ class Leaves : public RcsCommand {
         child.append(" ").append(line, 2, line.find(' ', 2) - 2);
         for (const std::string& leaf : below(child)) leaves.push_back(leaf);
       }
-      if (line == "Subcommands:") listed = true;
+      if (line == "Commands:") listed = true;
     }
     if (leaves.empty()) leaves.push_back(command);
     return leaves;
@@ -74,13 +140,7 @@ TEST_F(Leaves, EachHasAnExample) {
     EXPECT_EQ(rcs(leaf + " --help"), 0) << leaf;
     EXPECT_THAT(out(), testing::ContainsRegex("Examples?:")) << leaf;
     EXPECT_THAT(out(), HasSubstr("rcs" + leaf)) << leaf;
-    std::istringstream help(out());
-    for (std::string line; std::getline(help, line);) {
-      const bool name = line.rfind("  -", 0) == 0;  // may have a long default value
-      if (!name) {
-        EXPECT_LE(line.size(), 100U) << line;
-      }
-    }
+    EXPECT_EQ(flaws_of(out()), "") << leaf;
   }
 }
 

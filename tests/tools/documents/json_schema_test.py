@@ -136,7 +136,7 @@ def run(command, arguments, statuses=(0,)):
 def commands_of_help(words=()):
     """The commands without sub-commands, from --help: name and whether it has --json."""
     text = rcs(list(words) + ["--help"])
-    below = re.search(r"^SUBCOMMANDS:|^Subcommands:", text, re.MULTILINE)
+    below = re.search(r"^Commands:", text, re.MULTILINE)
     if not below:
         yield " ".join(words), "--json" in text
         return

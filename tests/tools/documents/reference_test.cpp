@@ -30,12 +30,12 @@ class Reference : public RcsCommand {
   [[nodiscard]] static std::string page(const std::string& name) {
     return text_of(variable("RCS_SOURCE_DIR") + "/docs/reference/" + name + ".md");
   }
-  /// Commands of a --help: the first words of the lines below "Subcommands:".
+  /// Commands of a --help: the first words of the lines below "Commands:".
   std::vector<std::string> commands_in_help(const std::string& command) {
     EXPECT_EQ(rcs(command + " --help"), 0) << messages();
     const std::string help = out();
     std::vector<std::string> found;
-    std::istringstream lines(help.substr(std::min(help.find("Subcommands:"), help.size())));
+    std::istringstream lines(help.substr(std::min(help.find("Commands:"), help.size())));
     std::string line;
     std::getline(lines, line);
     for (; std::getline(lines, line) && line.compare(0, 2, "  ") == 0;) {

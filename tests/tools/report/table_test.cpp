@@ -58,20 +58,5 @@ TEST(Table, EveryWordOfAWideTableIsPrinted) {
   for (const std::string& line : lines_of(text)) EXPECT_LE(line.size(), 100U) << line;
 }
 
-TEST(Table, ALongLineIsBrokenBetweenWords) {
-  std::string line;
-  for (int k = 0; k < 60; ++k) line += (k > 0 ? " word" : "word") + std::to_string(k);
-  const std::string text = wrapped(line, 4);
-  std::string joined;
-  for (const std::string& part : lines_of(text)) {
-    EXPECT_LE(part.size(), 100U) << part;
-    if (!joined.empty()) {
-      EXPECT_EQ(part.substr(0, 5), "    w");
-    }
-    joined += joined.empty() ? part : " " + part.substr(4);
-  }
-  EXPECT_EQ(joined, line);
-}
-
 }  // namespace
 }  // namespace rcs::report

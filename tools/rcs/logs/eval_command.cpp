@@ -82,7 +82,8 @@ class Eval final : public Command {
         ->add_option("RUN", run_, "log of a replay, or of a live run")
         ->required()
         ->check(CLI::ExistingFile);
-    CLI::Option* truth = app()->add_option("--truth", truth_file_, "true poses of the vehicle");
+    CLI::Option* truth =
+        app()->add_option("--truth", truth_file_, "file with the true poses of the vehicle");
     truth->check(CLI::ExistingFile);
     app()
         ->add_option("--format", format_,
@@ -105,19 +106,25 @@ class Eval final : public Command {
             "with a delay), rolling (the registrations of SP)")
         ->capture_default_str()
         ->check(CLI::IsMember({"world", "local", "rolling"}));
-    CLI::Option* exported = app()->add_option(
-        "--export", export_,
-        "file for the pose of the vehicle at the instant of each scan; its name ends\n"
-        "in .tum or .kitti, which is the format");
+    CLI::Option* exported =
+        app()
+            ->add_option("--export", export_,
+                         "write the pose of the vehicle at the instant of each scan; the name of\n"
+                         "the file ends in .tum or .kitti, which is the format")
+            ->type_name("FILE");
     app()
         ->add_option("--from", from_s_,
-                     "begin of the evaluation, seconds after the earliest truth, belief or scan")
+                     "begin of the evaluation, time after the earliest truth, belief or scan [s]")
         ->check(CLI::Range(0.0, 1e9));
     app()
-        ->add_option("--to", to_s_, "end, in the same time; exclusive")
+        ->add_option(
+            "--to", to_s_,
+            "end of the evaluation, exclusive, time after the earliest truth, belief or scan [s]")
         ->check(CLI::Range(0.0, 1e9));
-    app()->add_option("--report", report_, "self-contained HTML page");
-    app()->add_option("--svg", svg_, "plot of the course as an SVG file");
+    app()->add_option("--report", report_, "write a self-contained HTML page")->type_name("FILE");
+    app()
+        ->add_option("--svg", svg_, "write a plot of the course as an SVG file")
+        ->type_name("FILE");
     app()->add_flag("--json", json_, "print the results as JSON")->excludes(exported);
     app()->footer(
         "The pose of a scan is that of the vehicle at the reference instant of the scan, from the\n"

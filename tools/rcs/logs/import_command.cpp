@@ -82,7 +82,7 @@ class ImportKitti final : public Command {
         ->add_option("--calib", calib_, "folder with calib_imu_to_velo.txt")
         ->required()
         ->check(CLI::ExistingDirectory);
-    app()->add_option("-o,--out", out_, "output log")->required();
+    app()->add_option("-o,--out", out_, "output log")->type_name("FILE")->required();
     app()
         ->add_option("--gps-sigma", gps_sigma_m_,
                      "sigma of the fixes per axis [m]: the accuracy of these poses")
@@ -100,8 +100,9 @@ class ImportKitti final : public Command {
         ->check(CLI::Range(1.0, 100.0));
     app()
         ->add_option("--origin", origin_,
-                     "first OXTS packet: LAT,LON,HEIGHT,ROLL,PITCH,YAW [deg,deg,m,rad,rad,rad];\n"
+                     "first OXTS packet [deg,deg,m,rad,rad,rad];\n"
                      "default: that of drive 2011_09_26_0005")
+        ->type_name("LAT,LON,HEIGHT,ROLL,PITCH,YAW")
         ->capture_default_str();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(

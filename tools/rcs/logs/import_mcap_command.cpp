@@ -21,7 +21,7 @@ class ImportMcap final : public Command {
         ->add_option("FILE", file_, "MCAP file with topics /rcs/CHANNEL")
         ->required()
         ->check(CLI::ExistingFile);
-    app()->add_option("-o,--out", out_, "output log")->required();
+    app()->add_option("-o,--out", out_, "output log")->type_name("FILE")->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Reads the topics /rcs/CHANNEL of type rcs_msgs/msg/X, which `rcs log mcap` writes "

@@ -84,12 +84,13 @@ class ImportComma final : public Command {
                      "and truth_pose.csv")
         ->required()
         ->check(CLI::ExistingDirectory);
-    app()->add_option("-o,--out", out_, "output log")->required();
+    app()->add_option("-o,--out", out_, "output log")->type_name("FILE")->required();
     app()
-        ->add_option("--gps-latency", setup_.gps_latency_s,
-                     "from the instant of a fix to its arrival at the device [s]; with receiver\n"
-                     "stamps: in addition to the minimum observed delay. Default: measured on the\n"
-                     "first 20 s of Example_1")
+        ->add_option(
+            "--gps-latency", setup_.gps_latency_s,
+            "time from the instant of a fix to its arrival at the device [s]; with receiver\n"
+            "stamps: in addition to the minimum observed delay. Default: measured on the\n"
+            "first 20 s of Example_1")
         ->capture_default_str()
         ->check(CLI::Range(-1.0, 5.0));
     app()
@@ -199,7 +200,7 @@ class ImportImuGps final : public Command {
         ->add_option("--columns", map_, "TOML: meaning and unit of each column")
         ->required()
         ->transform(config_file());
-    app()->add_option("-o,--out", out_, "output log")->required();
+    app()->add_option("-o,--out", out_, "output log")->type_name("FILE")->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The column file has a table for each sensor: [imu], [gps], [odometry]; see the examples\n"

@@ -260,7 +260,10 @@ class LogCsv final : public Command {
   explicit LogCsv(CLI::App* log)
       : Command(log->add_subcommand("csv", "Print the messages of a channel as CSV")) {
     add_log_option(app(), &log_);
-    app()->add_option("--channel", channel_, "e.g. WM_NAV_STATE")->required();
+    app()
+        ->add_option("--channel", channel_, "channel to print, e.g. WM_NAV_STATE")
+        ->type_name("CHANNEL")
+        ->required();
     app()->footer(
         "Arrays of fixed length become one column per entry; for points, tiles and stages only\n"
         "their number is written.\n"

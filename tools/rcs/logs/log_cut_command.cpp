@@ -9,6 +9,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/rcs/event_t.hpp"
+#include "rcs/base/text.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/params/param_text.h"
 #include "rcs/node/time_text.h"
@@ -76,14 +77,18 @@ class LogCut final : public Command {
   explicit LogCut(CLI::App* log)
       : Command(log->add_subcommand("cut", "Copy a section of a log to another log")) {
     add_log_option(app(), &options_.log);
-    app()->add_option("-o,--out", options_.out, "output log")->required();
+    app()->add_option("-o,--out", options_.out, "output log")->type_name("FILE")->required();
     CLI::Option* from =
-        app()->add_option("--from", options_.from_s, "seconds after the log's first event");
-    CLI::Option* to = app()->add_option("--to", options_.to_s, "end, in the same time; exclusive");
+        app()->add_option("--from", options_.from_s,
+                          "begin of the section, time after the first event of the log [s]");
+    CLI::Option* to = app()->add_option(
+        "--to", options_.to_s,
+        "end of the section, exclusive, time after the first event of the log [s]");
     CLI::Option* around =
         app()
             ->add_option("--around", options_.around,
                          "code of an event, e.g. fde: copy the time around its first occurrence")
+            ->type_name("EVENT")
             ->excludes(from)
             ->excludes(to);
     app()
@@ -95,12 +100,13 @@ class LogCut final : public Command {
     for (const auto& [name, value] :
          {std::pair("--before", &options_.before_s), std::pair("--after", &options_.after_s)}) {
       app()
-          ->add_option(name, *value, fmt::format("seconds {} the event", name + 2))
+          ->add_option(name, *value, fmt::format("time {} the event [s]", name + 2))
           ->needs(around)
           ->check(CLI::Range(0.0, 1e9))
           ->capture_default_str();
     }
     add_list(app(), "--channel", &options_.channels, "only these channels")
+        ->type_name("CHANNEL")
         ->excludes(app()->add_flag("--sensors", sensors_, "only the sensor channels"));
     app()->add_flag("--json", options_.json, "print the results as JSON");
     app()->footer(

@@ -44,7 +44,7 @@ inline void add_log_option(CLI::App* app, std::string* path) {
         return std::filesystem::exists(name, error) ? std::string()
                                                     : "File does not exist: " + name;
       },
-      "FILE or folder");
+      "FILE");
   app->add_option("LOG", *path, "LCM event log, or the folder of a recording")
       ->required()
       ->check(exists);

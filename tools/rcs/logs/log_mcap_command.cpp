@@ -27,7 +27,10 @@ class LogMcap final : public Command {
   explicit LogMcap(CLI::App* log)
       : Command(log->add_subcommand("mcap", "Export a log as MCAP with messages of ROS 2")) {
     add_log_option(app(), &log_);
-    app()->add_option("-o,--out", out_, "output file, e.g. run.mcap")->required();
+    app()
+        ->add_option("-o,--out", out_, "output file, e.g. run.mcap")
+        ->type_name("FILE")
+        ->required();
     app()
         ->add_option("--config", config_,
                      "configuration of the vehicle: the calibration makes points of LADAR_RANGES,\n"
@@ -36,12 +39,12 @@ class LogMcap final : public Command {
     app()
         ->add_option("--types", types_,
                      "ros: standard types of ROS 2, for viewers; rcs: each channel under its own\n"
-                     "type, without loss; both")
+                     "type, without loss; both: both of them")
         ->capture_default_str()
         ->check(CLI::IsMember({"both", "ros", "rcs"}));
-    add_list(app(), "--channel", &channels_, "only these channels");
+    add_list(app(), "--channel", &channels_, "only these channels")->type_name("CHANNEL");
     app()
-        ->add_option("--compression", compression_, "of the chunks")
+        ->add_option("--compression", compression_, "compression of the chunks")
         ->capture_default_str()
         ->check(CLI::IsMember({"zstd", "none"}));
     app()->add_flag("--json", json_, "print the results as JSON");

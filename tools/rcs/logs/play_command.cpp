@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "lcmtypes/channels.h"
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -71,17 +72,18 @@ class Play final : public Command {
         ->check(CLI::Range(0.01, 100.0))
         ->capture_default_str();
     app()
-        ->add_option("--from", from_s_, "seconds after the log's first sensor event")
+        ->add_option("--from", from_s_, "begin, time after the first sensor event of the log [s]")
         ->check(CLI::Range(0.0, 1e9));
-    CLI::Option* to = app()
-                          ->add_option("--to", to_s_, "end, in the same time; exclusive")
-                          ->check(CLI::Range(0.0, 1e9));
+    CLI::Option* to =
+        app()
+            ->add_option("--to", to_s_,
+                         "end, exclusive, time after the first sensor event of the log [s]")
+            ->check(CLI::Range(0.0, 1e9));
     app()
-        ->add_option("--duration", duration_s_, "seconds of the log, starting at --from")
+        ->add_option("--duration", duration_s_, "length of the section that is played [s]")
         ->check(CLI::Range(0.0, 1e9))
         ->excludes(to);
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    add_bus_option(app(), &lcm_url_);
     app()->add_flag("--json", json_, "print the results as JSON");
     std::string sensors;
     for (const char* name : channel::kSensors) sensors += std::string(name) + " ";

@@ -45,17 +45,20 @@ class Replay final : public Command {
         ->check(CLI::ExistingFile);
     app()
         ->add_option("-o,--out", out_, "output log: messages of SP and WM, and SIM_TRUTH")
+        ->type_name("FILE")
         ->required();
     add_list(app(), "--without", &without_, "sensor channels to exclude")
         ->check(CLI::IsMember(
             std::vector<std::string>(channel::kSensors.begin(), channel::kSensors.end())));
     add_repeated(app(), "--set", &overrides_,
-                 "TABLE.KEY=VALUE (TOML), overrides the configuration");
+                 "value (TOML) of a key, instead of that of the configuration")
+        ->type_name("TABLE.KEY=VALUE");
     app()
-        ->add_option("--from", from_s_, "seconds after the log's first sensor event")
+        ->add_option("--from", from_s_, "begin, time after the first sensor event of the log [s]")
         ->check(CLI::Range(0.0, 1e9));
     app()
-        ->add_option("--to", to_s_, "end, in the same time; exclusive")
+        ->add_option("--to", to_s_,
+                     "end, exclusive, time after the first sensor event of the log [s]")
         ->check(CLI::Range(0.0, 1e9));
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "rcs/base/text.h"
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
@@ -39,11 +40,17 @@ class ReportCommand final : public Command {
         ->add_option("--truth-log", truth_log_,
                      "log with SIM_TRUTH; default: the first run if it has SIM_TRUTH")
         ->check(CLI::ExistingFile);
-    add_numbers(app(), "--gps-cut", &gps_cut_s_, "FROM,TO", 0.0, 1e7,
-                "seconds after the first truth; default: intervals longer than 2.5 s in\n"
-                "which no run accepted a fix");
-    app()->add_option("-o,--out", out_, "self-contained HTML page")->required();
-    app()->add_option("--svg", svg_, "plot of course and errors as an SVG file");
+    add_numbers(
+        app(), "--gps-cut", &gps_cut_s_, "FROM,TO", 0.0, 1e7,
+        "GPS outage, times after the first truth [s]; default: intervals longer than 2.5 s in\n"
+        "which no run accepted a fix");
+    app()
+        ->add_option("-o,--out", out_, "output file, a self-contained HTML page")
+        ->type_name("FILE")
+        ->required();
+    app()
+        ->add_option("--svg", svg_, "write a plot of course and errors as an SVG file")
+        ->type_name("FILE");
     app()
         ->add_option(
             "--min-factor", min_factor_,
@@ -165,7 +172,7 @@ class ReportCommand final : public Command {
     }
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
                to_text(evaluation::comparison_table(compared_)),
-               report::wrapped(evaluation::comparison_text(compared_), 0),
+               wrapped(evaluation::comparison_text(compared_), 0),
                to_text(evaluation::latency_table(reported_.front().metrics)),
                to_text(evaluation::scan_table(reported_.front().metrics)));
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -27,30 +28,39 @@ class Sim final : public Command {
       : Command(
             rcs->add_subcommand("sim", "Run the reference simulation into a log or on the bus")) {
     app()
-        ->add_option("SCENARIO", scenario_, "config/sim/*.toml")
+        ->add_option("SCENARIO", scenario_, "scenario (TOML), e.g. config/sim/demo.toml")
         ->required()
         ->transform(config_file());
-    CLI::Option* out = app()->add_option(
-        "-o,--out", out_,
-        "output log, written as fast as possible; default: publish on the bus in real time");
-    app()->add_option("--seed", overrides_.seed, "seed of the noise, overrides the scenario");
-    app()->add_option("--ins", overrides_.ins_grade, "INS grade, overrides the scenario");
+    CLI::Option* out =
+        app()
+            ->add_option(
+                "-o,--out", out_,
+                "output log, written as fast as possible; default: publish on the bus in real time")
+            ->type_name("FILE");
+    app()->add_option("--seed", overrides_.seed,
+                      "seed of the noise, instead of that of the scenario");
     app()
-        ->add_option("--duration", overrides_.duration_s, "[s], overrides the scenario")
+        ->add_option(
+            "--ins", overrides_.ins_grade,
+            "INS grade (tactical, industrial or consumer), instead of that of the scenario")
+        ->type_name("GRADE");
+    app()
+        ->add_option("--duration", overrides_.duration_s,
+                     "duration of the drive [s], instead of that of the scenario")
         ->check(CLI::Range(0.1, 1e6));
     constexpr double kLongest_s = 1e6;
     add_numbers(app(), "--gps-outage", &gps_outage_s_, "BEGIN,LENGTH", 0.0, kLongest_s,
-                "[s], overrides the outages of the scenario");
+                "begin and length of a GPS outage [s], instead of the outages of the scenario");
     app()->add_option("--gps-lost-after", overrides_.gps_lost_after_m,
-                      "distance [m] after which GPS is lost permanently, overrides the scenario");
+                      "distance after which GPS is lost for the rest of the drive [m], instead of "
+                      "that of the scenario");
     add_numbers(app(), "--ladar-outage", &ladar_outage_s_, "BEGIN,LENGTH", 0.0, kLongest_s,
-                "[s], overrides the outages of the scenario");
-    app()->add_option("--prior-map", prior_map_,
-                      "write the a priori map of the course to this folder");
+                "begin and length of a LADAR outage [s], instead of the outages of the scenario");
     app()
-        ->add_option("--lcm-url", lcm_url_,
-                     fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
-        ->excludes(out);
+        ->add_option("--prior-map", prior_map_,
+                     "write the a priori map of the course to this folder")
+        ->type_name("FOLDER");
+    add_bus_option(app(), &lcm_url_)->excludes(out);
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The same scenario and seed give the same bytes. Ctrl-C leaves no partial log behind; an\n"

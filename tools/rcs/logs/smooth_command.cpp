@@ -44,6 +44,7 @@ class Smooth final : public Command {
         ->transform(config_file());
     app()
         ->add_option("-o,--out", out_, "TUM file of the poses; the other files are named after it")
+        ->type_name("FILE")
         ->required();
     app()
         ->add_option("--rounds", params_.rounds,

@@ -23,7 +23,7 @@ class Why final : public Command {
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("TIME", time_s_, "seconds after the log's first message")
+        ->add_option("TIME", time_s_, "time after the first message of the log [s]")
         ->required()
         ->check(CLI::NonNegativeNumber);
     app()->add_flag("--json", json_, "print the results as JSON");

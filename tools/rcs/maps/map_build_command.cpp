@@ -118,6 +118,7 @@ class MapBuildCommand final : public Command {
   void add_what_is_wanted() {
     app()
         ->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
+        ->type_name("FOLDER")
         ->required();
     app()
         ->add_option("--cell", wanted_.ground.cell_m, "cell size of the map [m]")
@@ -132,9 +133,14 @@ class MapBuildCommand final : public Command {
     app()->add_flag("--points", wanted_.points,
                     "also store surface points of static above-ground structure (trunks, walls), "
                     "to which scans are matched, too; only for one RUN");
-    app()->add_option("--prior", prior_,
-                      "a map that fills the cells of the new tiles where no ground was observed");
-    app()->add_option("--date", date_, "date of the runs: YYYY-MM-DD, from 2000 on");
+    app()
+        ->add_option("--prior", prior_,
+                     "a map that fills the cells of the new tiles where no ground was observed")
+        ->type_name("FOLDER");
+    app()
+        ->add_option("--date", date_,
+                     "date of the runs: YYYY-MM-DD, from 2000 on; default: unknown")
+        ->type_name("DATE");
     app()
         ->add_option("--memory", memory_mb_, "memory limit [MB]")
         ->check(CLI::Range(10.0, 1e6))

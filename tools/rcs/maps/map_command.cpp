@@ -28,7 +28,7 @@ class MapInfo final : public Command {
  public:
   explicit MapInfo(CLI::App* map)
       : Command(map->add_subcommand("info", "Print position, resolution and accuracy of a map")) {
-    app()->add_option("MAP", path_, "folder of the map")->required();
+    app()->add_option("MAP", path_, "folder of the map")->type_name("FOLDER")->required();
     app()->add_flag("--check", check_,
                     "read every tile and print sigma, sources and dates; exit status 1 if a tile "
                     "is broken");
@@ -189,12 +189,17 @@ class MapExport final : public Command {
  public:
   explicit MapExport(CLI::App* map)
       : Command(map->add_subcommand("export", "Export a map as a GeoTIFF or a hillshade image")) {
-    app()->add_option("MAP", path_, "folder of the map")->required();
-    app()->add_option("--geotiff", geotiff_,
-                      "GeoTIFF file with bands height, sigma, count, date, source");
-    app()->add_option("--hillshade", hillshade_, "PNG file of the relief");
+    app()->add_option("MAP", path_, "folder of the map")->type_name("FOLDER")->required();
+    app()
+        ->add_option("--geotiff", geotiff_,
+                     "write a GeoTIFF file with the bands height, sigma, count, date, source")
+        ->type_name("FILE");
+    app()
+        ->add_option("--hillshade", hillshade_, "write a PNG file of the relief")
+        ->type_name("FILE");
     app()->add_option("--level", level_,
-                      "0: the finest; default: 0 for the GeoTIFF, the finest level of at most 4 "
+                      "level of the map, 0 is the finest; default: 0 for the GeoTIFF, the finest "
+                      "level of at most 4 "
                       "million cells for the image");
     app()->footer(
         "Example:\n  rcs map export maps/valley --hillshade valley.png --geotiff valley.tif");

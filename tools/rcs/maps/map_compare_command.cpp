@@ -29,11 +29,12 @@ class MapMerge final : public Command {
     constexpr int kMaxMaps = 100;
     app()
         ->add_option("MAPS", maps_, "two or more map folders; the first defines frame and cells")
+        ->type_name("FOLDER")
         ->required()
-        ->expected(2, kMaxMaps)
-        ->option_text("A B [C ...] REQUIRED");
+        ->expected(2, kMaxMaps);
     app()
         ->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
+        ->type_name("FOLDER")
         ->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
@@ -93,11 +94,20 @@ class MapDiff final : public Command {
   explicit MapDiff(CLI::App* map)
       : Command(map->add_subcommand(
             "diff", "Compare two maps of the same ground, and the differences with their sigmas")) {
-    app()->add_option("A", a_, "folder of a map; its finest cells are compared")->required();
-    app()->add_option("B", b_, "folder of the other map; differences are B - A")->required();
-    app()->add_option("--picture", picture_,
-                      "PNG file of a level of at most 4 million cells: white where the maps agree, "
-                      "red where B is higher, blue where B is lower");
+    app()
+        ->add_option("A", a_, "folder of a map; its finest cells are compared")
+        ->type_name("FOLDER")
+        ->required();
+    app()
+        ->add_option("B", b_, "folder of the other map; differences are B - A")
+        ->type_name("FOLDER")
+        ->required();
+    app()
+        ->add_option(
+            "--picture", picture_,
+            "write a PNG file of a level of at most 4 million cells: white where the maps agree, "
+            "red where B is higher, blue where B is lower")
+        ->type_name("FILE");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "For normal errors 68.3 % of the differences are within one sigma and 95.4 % within two.\n"

@@ -29,19 +29,24 @@ const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurv
 class SurveyOptions {
  public:
   explicit SurveyOptions(CLI::App* app) {
-    app->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")->required();
+    app->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
+        ->type_name("FOLDER")
+        ->required();
     app->add_option("--sigma", quality_.sigma_m,
                     "sigma of the heights of the survey [m] without systematic error, from its "
                     "data sheet")
         ->required()
         ->check(CLI::Range(0.001, 1000.0));
     app->add_option("--bias-sigma", quality_.bias_sigma_m, "sigma of the systematic error [m]")
-        ->check(CLI::Range(0.0, 1000.0));
+        ->check(CLI::Range(0.0, 1000.0))
+        ->capture_default_str();
     app->add_option("--bias-length", quality_.bias_correlation_m,
                     "correlation length of the systematic error [m]")
         ->check(CLI::Range(1.0, 1e7))
         ->capture_default_str();
-    app->add_option("--date", date_, "date of the survey: YYYY-MM-DD, from 2000 on");
+    app->add_option("--date", date_,
+                    "date of the survey: YYYY-MM-DD, from 2000 on; default: unknown")
+        ->type_name("DATE");
     app->add_option("--source", source_, "survey: measured on the ground; aerial: from the air")
         ->check(CLI::IsMember({"survey", "aerial"}))
         ->capture_default_str();

@@ -79,7 +79,7 @@ class MapLocalizability final : public Command {
       : Command(map->add_subcommand(
             "localizability",
             "Predict the position uncertainty by matching scans to the relief of a map")) {
-    app()->add_option("MAP", map_, "folder of the map")->required();
+    app()->add_option("MAP", map_, "folder of the map")->type_name("FOLDER")->required();
     app()
         ->add_option(
             "--step", step_m_,
@@ -107,8 +107,10 @@ class MapLocalizability final : public Command {
         ->check(CLI::Range(1e-6, 1.0))
         ->capture_default_str()
         ->needs(path);
-    app()->add_option("-o,--out", out_,
-                      "folder for localizability.svg and .json, and path.svg with --path");
+    app()
+        ->add_option("-o,--out", out_,
+                     "folder for localizability.svg and .json, and path.svg with --path")
+        ->type_name("FOLDER");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "The sigma at a position is that of one scan matched to the map, in its worst direction:\n"

@@ -46,7 +46,7 @@ class MapLocate final : public Command {
       : Command(map->add_subcommand("locate",
                                     "Search the start of a drive without GPS on a map (initial "
                                     "localization)")) {
-    app()->add_option("MAP", map_, "folder of the map")->required();
+    app()->add_option("MAP", map_, "folder of the map")->type_name("FOLDER")->required();
     app()
         ->add_option("LOG", log_,
                      "log with SP_POINTS and WM_NAV_STATE: of a live run or of rcs replay")
@@ -70,7 +70,8 @@ class MapLocate final : public Command {
     app()
         ->add_option("--from", from_s_,
                      "start of the search, time after the begin of the drive [s]")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     app()
         ->add_option("--for", length_s_, "duration of the search [s]")
         ->check(CLI::PositiveNumber)

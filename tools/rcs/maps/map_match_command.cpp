@@ -27,15 +27,15 @@ class MapMatch final : public Command {
       : Command(map->add_subcommand("match",
                                     "Match a scan to a map from random starts and measure "
                                     "the convergence")) {
-    app()->add_option("MAP", map_, "folder of the map")->required();
+    app()->add_option("MAP", map_, "folder of the map")->type_name("FOLDER")->required();
     app()
         ->add_option("CLOUD", cloud_, "scan in the vehicle frame: .pcd, .ply, .bin or .xyz [m]")
         ->required()
         ->check(CLI::ExistingFile);
     app()
         ->add_option("--pose", pose_,
-                     "TX,TY,TZ,QX,QY,QZ,QW: approximate pose of the vehicle in the frame of "
-                     "the map")
+                     "approximate pose of the vehicle in the frame of the map [m; quaternion]")
+        ->type_name("TX,TY,TZ,QX,QY,QZ,QW")
         ->required();
     app()
         ->add_option("--starts", starts_, "number of random starts around the pose")

@@ -41,7 +41,10 @@ class MapStudy final : public Command {
         ->add_option("--length", plan_.length_s, "length of each drive [s]; 0: the whole drive")
         ->check(CLI::Range(0.0, 1e5))
         ->capture_default_str();
-    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
+    app()
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->type_name("FILE")
+        ->capture_default_str();
     app()
         ->add_option("--seeds", seeds_, "drives with each map")
         ->check(CLI::Range(1, 1000))
@@ -54,7 +57,7 @@ class MapStudy final : public Command {
     app()
         ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("-o,--out", out_, "folder for study.json and study.svg");
+    app()->add_option("-o,--out", out_, "folder for study.json and study.svg")->type_name("FOLDER");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "GPS is lost permanently soon after the start; from then on the error of the position, on\n"

@@ -57,7 +57,7 @@ void add(const ProgramText& p, Tables* out) {
   if (!words.empty()) {
     out->options += fmt::format("  [\"{}\"]=\"{}\"\n", p.name, fmt::join(words, " "));
   }
-  for (const OptionText& o : p.positionals) {
+  for (const OptionText& o : p.arguments) {
     if (o.choices.empty()) continue;
     out->values += fmt::format("  [\"{}\"]=\"{}\"\n", p.name, fmt::join(o.choices, " "));
   }

@@ -29,19 +29,16 @@ std::string roff_of(const std::vector<TextBlock>& blocks) {
   return out;
 }
 
-/// "-o, --out" in bold, the value in italics below it.
+/// "-o, --out" in bold, the name of the value in italics, the explanation below.
 std::string roff_of(const OptionText& o) {
   std::string out = fmt::format(".TP\n\\fB{}\\fR", roff(o.names));
-  if (!o.value.empty()) out += fmt::format(" \\fI{}\\fR", roff(o.value));
-  out += "\n" + roff(o.meaning) + ".";
-  if (o.required) out += " Required.";
-  if (!o.standard.empty()) out += fmt::format(" Default: {}.", roff(o.standard));
-  return out + "\n";
+  if (!o.positional && !o.value.empty()) out += fmt::format(" \\fI{}\\fR", roff(o.value));
+  return out + "\n" + roff(explained(o)) + ".\n";
 }
 
 std::string options_of(const ProgramText& p) {
   std::string out;
-  for (const OptionText& o : p.positionals) out += roff_of(o);
+  for (const OptionText& o : p.arguments) out += roff_of(o);
   for (const OptionText& o : p.options) out += roff_of(o);
   return out;
 }

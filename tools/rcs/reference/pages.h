@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/rcs/reference/lcm_file.h"
-#include "tools/rcs/reference/program_text.h"
+#include "tools/rcs/reference/programs.h"
 
 namespace rcs::cli {
 

@@ -33,16 +33,21 @@ class Pages final : public Command {
       : Command(reference->add_subcommand(
             "pages", "Write cli.md, configuration.md, messages.md and events.md")),
         rcs_(rcs) {
-    app()->add_option("-o,--out", out_, "folder")->capture_default_str();
+    app()
+        ->add_option("-o,--out", out_, "output folder")
+        ->type_name("FOLDER")
+        ->capture_default_str();
     app()
         ->add_option("--lcmtypes", lcmtypes_, "folder of the message definitions")
+        ->type_name("FOLDER")
         ->capture_default_str();
+    app()->footer("Example:\n  rcs reference pages");
   }
 
   int run() override {
     const Result<std::vector<LcmType>> types = read_lcm_files(lcmtypes_);
     if (!types) return fail(kReferenceName, types.error());
-    return write({{out_ + "/cli.md", cli_page(text_of(*rcs_))},
+    return write({{out_ + "/cli.md", cli_page(command_line::program_text(*rcs_, "rcs"))},
                   {out_ + "/configuration.md", configuration_page()},
                   {out_ + "/messages.md", messages_page(*types)},
                   {out_ + "/events.md", events_page()}});
@@ -61,11 +66,12 @@ class Man final : public Command {
             "man",
             "Write a man page for rcs, for each of its commands and for the other programs")),
         rcs_(rcs) {
-    app()->add_option("-o,--out", out_, "folder")->required();
+    app()->add_option("-o,--out", out_, "output folder")->type_name("FOLDER")->required();
+    app()->footer("Example:\n  rcs reference man -o man1 && man -l man1/rcs-replay.1");
   }
 
   int run() override {
-    const ProgramText rcs = text_of(*rcs_);
+    const ProgramText rcs = command_line::program_text(*rcs_, "rcs");
     Files files{{out_ + "/rcs.1", man_page(rcs, rcs)}};
     std::vector<ProgramText> programs = other_programs();
     programs.insert(programs.end(), rcs.commands.begin(), rcs.commands.end());
@@ -85,11 +91,13 @@ class Completion final : public Command {
   Completion(CLI::App* reference, const CLI::App* rcs)
       : Command(reference->add_subcommand("completion", "Write the completion of rcs for bash")),
         rcs_(rcs) {
-    app()->add_option("-o,--out", out_, "script")->required();
+    app()->add_option("-o,--out", out_, "output file")->type_name("FILE")->required();
     app()->footer("Example:\n  rcs reference completion -o rcs.bash && source rcs.bash");
   }
 
-  int run() override { return write({{out_, bash_completion(text_of(*rcs_))}}); }
+  int run() override {
+    return write({{out_, bash_completion(command_line::program_text(*rcs_, "rcs"))}});
+  }
 
  private:
   const CLI::App* rcs_;
@@ -105,10 +113,7 @@ void add_reference_commands(CLI::App* rcs, Commands* commands) {
   reference->footer(
       "All texts derive from this program: the commands, the parsers of the configuration, and "
       "the\n"
-      "lists of channels and events.\n"
-      "Examples:\n"
-      "  rcs reference pages\n"
-      "  rcs reference man -o man1 && man -l man1/rcs-replay.1");
+      "lists of channels and events.");
   commands->push_back(std::make_unique<Pages>(reference, rcs));
   commands->push_back(std::make_unique<Man>(reference, rcs));
   commands->push_back(std::make_unique<Completion>(reference, rcs));

@@ -31,7 +31,10 @@ class ConsistencyCommand final : public Command {
     add_list(app(), "--ins", &grades_, "INS grades, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}))
         ->capture_default_str();
-    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
+    app()
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->type_name("FILE")
+        ->capture_default_str();
     app()
         ->add_option("--seeds", seeds_, "drives for each scenario and grade")
         ->check(CLI::Range(1, 1000))
@@ -44,7 +47,9 @@ class ConsistencyCommand final : public Command {
     app()
         ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("-o,--out", out_, "folder for consistency.json and consistency.html");
+    app()
+        ->add_option("-o,--out", out_, "folder for consistency.json and consistency.html")
+        ->type_name("FOLDER");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "Each drive is simulated and processed by SP and WM in lockstep; GPS is cut at 35 s. The\n"

@@ -51,11 +51,13 @@ class DrillCommand final : public Command {
     app()->add_flag("--list", list_, "list the drills of the folder");
     app()
         ->add_option("--folder", folder_, "folder of the drills for --all, --full and --list")
+        ->type_name("FOLDER")
         ->capture_default_str();
     CLI::Option* scenario =
         app()
             ->add_option("--scenario", scenario_,
                          "simulated drive of the drills without a scenario of their own")
+            ->type_name("FILE")
             ->capture_default_str();
     app()
         ->add_option("--log", log_,
@@ -63,17 +65,22 @@ class DrillCommand final : public Command {
                      "are relative to the output of WM in the undisturbed run")
         ->check(CLI::ExistingFile)
         ->excludes(scenario);
-    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_, "runs of each drill, overrides the number in the drill")
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->type_name("FILE")
+        ->capture_default_str();
+    app()
+        ->add_option("--seeds", seeds_, "number of runs of each drill; default: that of the drill")
         ->check(CLI::Range(1, 1000));
     app()
-        ->add_option("--first-seed", first_seed_, "first seed of the noise; default 1")
+        ->add_option("--first-seed", first_seed_, "first seed of the noise; default: 1")
         ->check(CLI::NonNegativeNumber);
     app()
         ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("-o,--out", out_, "folder for results.json, junit.xml and report.html");
+    app()
+        ->add_option("-o,--out", out_, "folder for results.json, junit.xml and report.html")
+        ->type_name("FOLDER");
     app()->add_flag("--logs", logs_, "also write a log of the first run of each drill (rcs why)");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(

@@ -48,17 +48,23 @@ class DriveCommand final : public Command {
         ->transform(config_file())
         ->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_,
-                     "seed or seeds (A..B) of the noise, the hazards and, unless the scenario\n"
-                     "fixes it, the terrain")
+        ->add_option(
+            "--seeds", seeds_,
+            "seed, or range of seeds A..B, of the noise, the hazards and, unless the scenario\n"
+            "fixes it, the terrain")
+        ->type_name("SEEDS")
         ->check([](const std::string& text) {
-          return seeds_from(text).empty() ? text + ": a seed, or A..B with at most 10000 seeds"
-                                          : std::string();
+          return seeds_from(text).empty()
+                     ? "expected a seed, or A..B with at most 10000 seeds, not " + text
+                     : std::string();
         })
         ->capture_default_str();
-    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
-        ->add_option("--gps-lost-after", gps_lost_after_m_, "GPS ends after this distance [m]")
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->type_name("FILE")
+        ->capture_default_str();
+    app()
+        ->add_option("--gps-lost-after", gps_lost_after_m_, "distance after which GPS ends [m]")
         ->check(CLI::NonNegativeNumber);
     app()->add_flag("--losses", losses_,
                     "three losses of GPS, LADAR, INS or wheels in each drive, of 2 to 60 s, drawn\n"
@@ -68,7 +74,8 @@ class DriveCommand final : public Command {
                      "horizontal alert limit of the task [m]; default: that of the vehicle")
         ->check(CLI::Range(0.1, 1000.0));
     app()
-        ->add_option("--duration", duration_s_, "end of each drive [s]; default: the scenario's")
+        ->add_option("--duration", duration_s_,
+                     "end of each drive [s]; default: that of the scenario")
         ->check(CLI::Range(1.0, 86400.0));
     app()->add_flag("--local", local_,
                     "command the waypoints in frame local, as if their world positions were "
@@ -76,8 +83,11 @@ class DriveCommand final : public Command {
     app()
         ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
-    CLI::Option* const out = app()->add_option(
-        "-o,--out", out_, "folder for drives.json and a picture of each drive (drive_SEED.svg)");
+    CLI::Option* const out =
+        app()
+            ->add_option("-o,--out", out_,
+                         "folder for drives.json and a picture of each drive (drive_SEED.svg)")
+            ->type_name("FOLDER");
     app()->add_flag("--logs", logs_, "also write a log of each drive (drive_SEED.log)")->needs(out);
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(

@@ -74,7 +74,8 @@ class FaultsCommand final : public Command {
         ->add_option("--faults", plan_.faults, "faults at the same time, of different sensors")
         ->check(CLI::Range(1, 2))
         ->capture_default_str();
-    add_list(app(), "--only", &plan_.only, "classes of faults or sensors to draw from (--list)");
+    add_list(app(), "--only", &plan_.only, "classes of faults or sensors to draw from (--list)")
+        ->type_name("NAME");
     add_repeated(app(), "--scenario", &plan_.scenarios, "scenarios of the drives")
         ->transform(config_file())
         ->capture_default_str();
@@ -83,13 +84,18 @@ class FaultsCommand final : public Command {
                      "seed of the faults, and first seed of the noise and the terrain")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
+    app()
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->type_name("FILE")
+        ->capture_default_str();
     app()
         ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("-o,--out", out_,
-                      "folder for runs.jsonl (one line a run) and faults.json; a series that was\n"
-                      "interrupted is continued");
+    app()
+        ->add_option("-o,--out", out_,
+                     "folder for runs.jsonl (one line a run) and faults.json; a series that was\n"
+                     "interrupted is continued")
+        ->type_name("FOLDER");
     app()->add_flag("--list", list_, "list the classes of faults with their ranges");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(

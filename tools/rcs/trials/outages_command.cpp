@@ -48,11 +48,14 @@ class OutagesCommand final : public Command {
         ->excludes(places);
     add_list(app(), "--without", &without_,
              "repeat all outages without odometry, ladar or ins in the whole run; names\n"
-             "joined by + are excluded together");
+             "joined by + are excluded together")
+        ->type_name("NAME");
     app()
         ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("--logs", logs_, "folder for a log of each run (rcs why)");
+    app()
+        ->add_option("--logs", logs_, "folder for a log of each run (rcs why)")
+        ->type_name("FOLDER");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "SP and WM process the log in lockstep, once with GPS and once for each outage. Errors "

@@ -156,19 +156,25 @@ class Register final : public Command {
             "by Madhavan and Messina; gicp: generalized ICP")
         ->check(CLI::IsMember({"plane", "paper", "gicp"}))
         ->capture_default_str();
-    app()->add_option(
-        "--guess", guess_,
-        "approximate T_model_data: 16 numbers, row-major, separated by commas; default: "
-        "identity");
+    app()
+        ->add_option(
+            "--guess", guess_,
+            "approximate T_model_data: 16 numbers, row-major, separated by commas; default: "
+            "identity")
+        ->type_name("NUMBERS");
     app()->add_flag("--global", global_,
                     "plane, gicp: search within --radius of the guess and over all headings");
     app()
         ->add_option("--radius", radius_m_, "--global: largest error of the guess [m]")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
-    app()->add_option("--organized", organized_,
-                      "ROWS,COLS: both files are range images, row by row");
-    app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
+    app()
+        ->add_option("--organized", organized_,
+                     "both files are range images of so many rows and columns, row by row")
+        ->type_name("ROWS,COLS");
+    app()
+        ->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg")
+        ->type_name("FOLDER");
     app()
         ->add_option("--spacing", params_.spacing_m,
                      "paper: D, the distance of neighbouring points [m]; default: measured")

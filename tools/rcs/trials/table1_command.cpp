@@ -185,19 +185,20 @@ class Table1 final : public Command {
       : Command(rcs->add_subcommand("table1", "Reproduce Table 1 of the paper, with true errors")) {
     app()
         ->add_option("--data", data_,
-                     fmt::format("folder that contains {} (default: $RCS_DATA_DIR; if unset, "
-                                 "simulated scans only)",
+                     fmt::format("folder that contains {}; default: $RCS_DATA_DIR, or if "
+                                 "it is unset simulated scans only",
                                  studies::kKittiDrive))
         ->check(CLI::ExistingDirectory);
     app()
-        ->add_option("--scenario", scenario_, fmt::format("simulation (default: {})", kReference))
+        ->add_option("--scenario", scenario_,
+                     fmt::format("scenario of the simulated scans; default: {}", kReference))
         ->transform(config_file());
     app()
         ->add_option("--pairs", pairs_, "number of pairs of simulated scans")
         ->check(CLI::Range(1, 50))
         ->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_, "starts of each pair in #2, #3 and #4 (at most 16)")
+        ->add_option("--seeds", seeds_, "number of starts of each pair in #2, #3 and #4")
         ->check(CLI::Range(1, 16))
         ->capture_default_str();
     app()->add_flag("--json", json_, "print the results as JSON");

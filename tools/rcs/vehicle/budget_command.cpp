@@ -62,11 +62,15 @@ class Budget final : public Command {
                      "time to play. A shorter log is repeated with new processes, and the results\n"
                      "are pooled. Default: the log once")
         ->check(CLI::Range(1.0, 86400.0));
-    app()->add_option("--svg", svg_, "histograms of the latencies of the scans as an SVG file");
+    app()
+        ->add_option("--svg", svg_, "write histograms of the latencies of the scans as an SVG file")
+        ->type_name("FILE");
     app()->add_flag("--json", json_, "print the results as JSON");
-    app()->add_option(
-        "--lcm-url", plan_.lcm_url,
-        "an existing bus instead of a private one; other traffic disturbs the results");
+    app()
+        ->add_option(
+            "--lcm-url", plan_.lcm_url,
+            "existing LCM bus, instead of a private one; other traffic disturbs the results")
+        ->type_name("URL");
     app()->footer(
         "Starts the nodes of [up] (default sp, wm) with CONFIG on a private bus, plays the sensor\n"
         "data of LOG in real time, and accounts for every scan. bg receives goals ahead of the\n"

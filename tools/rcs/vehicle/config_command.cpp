@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/base/text.h"
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
@@ -12,7 +13,6 @@
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/vehicle/configuration.h"
 #include "tools/report/json_document.h"
-#include "tools/report/table.h"
 
 namespace rcs::cli {
 namespace {
@@ -47,7 +47,9 @@ class List final : public Command {
       : Command(config->add_subcommand("list",
                                        "List the keys of a configuration with default and range,"
                                        " one per line")) {
-    app()->add_option("TABLE", table_, "only this table or key, e.g. sp.icp or gate_m");
+    app()
+        ->add_option("TABLE", table_, "only this table or key, e.g. sp.icp or gate_m")
+        ->type_name("NAME");
     app()->add_flag("--json", json_, "print JSON, including the descriptions");
     app()->footer("Example:\n  rcs config list sp.icp");
   }
@@ -82,6 +84,7 @@ class Explain final : public Command {
             "explain", "Explain a key: meaning, type, unit, range, default, effect of a change")) {
     app()
         ->add_option("KEY", keys_, "full key (sp.icp.gate_m), short key (gate_m) or table")
+        ->type_name("NAME")
         ->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer("Example:\n  rcs config explain wm.history.bridge_ms");
@@ -114,7 +117,7 @@ class Explain final : public Command {
  private:
   static void print(const ParamDescription& p) {
     fmt::print("{}\n{}\n  type     {}{}\n", full_key(p.table, p.key),
-               report::wrapped(fmt::format("  {}", p.meaning), 2), p.type, unit_of(p.key));
+               wrapped(fmt::format("  {}", p.meaning), 2), p.type, unit_of(p.key));
     if (const std::string range = range_of(p); !range.empty()) {
       fmt::print("  {:<8} {}\n", p.range ? "range" : "one of", range);
     }
@@ -130,9 +133,10 @@ class Check final : public Command {
   explicit Check(CLI::App* config)
       : Command(config->add_subcommand(
             "check", "Check vehicle configurations and print all errors with file and line")) {
-    app()->add_option("FILE", files_, "configurations of vehicles")->required();
+    app()->add_option("FILE", files_, "configurations of vehicles")->type_name("FILE")->required();
     app()->footer("Example:\n  rcs config check config/demo3.toml config/kitti.toml");
-    add_repeated(app(), "--set", &overrides_, "TABLE.KEY=VALUE (TOML), overrides the file");
+    add_repeated(app(), "--set", &overrides_, "value (TOML) of a key, instead of that of the file")
+        ->type_name("TABLE.KEY=VALUE");
     app()->add_flag("--json", json_, "print the results as JSON");
   }
 
@@ -166,8 +170,9 @@ class Show final : public Command {
   explicit Show(CLI::App* config)
       : Command(config->add_subcommand(
             "show", "Show the effective values of a configuration and the source of each")) {
-    app()->add_option("FILE", file_, "configuration of a vehicle")->required();
-    add_repeated(app(), "--set", &overrides_, "TABLE.KEY=VALUE (TOML), overrides the file");
+    app()->add_option("FILE", file_, "configuration of a vehicle")->type_name("FILE")->required();
+    add_repeated(app(), "--set", &overrides_, "value (TOML) of a key, instead of that of the file")
+        ->type_name("TABLE.KEY=VALUE");
     app()->add_flag("--changed", changed_, "only values that the file or --set sets");
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer("Example:\n  rcs config show config/demo3.toml --changed");

@@ -14,6 +14,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "rcs/base/geodesy.h"
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -211,13 +212,16 @@ class Go final : public Command {
  public:
   explicit Go(CLI::App* rcs)
       : Command(rcs->add_subcommand("go", "Send drive or stop commands to BG")) {
-    add_repeated(app(), "--waypoint", &waypoints_, "X,Y [m]");
+    add_repeated(app(), "--waypoint", &waypoints_,
+                 "position of a waypoint in the frame of --frame [m]")
+        ->type_name("X,Y");
     app()
         ->add_option("--scenario", scenario_, "use the waypoints and the speed of this scenario")
         ->transform(config_file());
-    app()->add_option("--seed", seed_, "seed, overrides that of the scenario");
+    app()->add_option("--seed", seed_, "seed of the scenario, instead of its own");
     app()
-        ->add_option("--speed", speed_mps_, "speed limit [m/s]; default 5, or that of the scenario")
+        ->add_option("--speed", speed_mps_,
+                     "speed limit [m/s]; default: 5, or that of the scenario")
         ->check(CLI::Range(0.1, 30.0));
     app()
         ->add_option("--radius", radius_m_, "distance at which a waypoint counts as reached [m]")
@@ -230,7 +234,7 @@ class Go final : public Command {
     app()
         ->add_option("--timeout", timeout_s_,
                      "time limit [s] for the arrival or the confirmation of an emergency stop;\n"
-                     "when exceeded the vehicle is stopped, status 1")
+                     "when exceeded the vehicle is stopped, status 1; default: no limit")
         ->check(CLI::Range(0.0, 1e6));
     app()
         ->add_option("--patience", patience_s_,
@@ -243,8 +247,7 @@ class Go final : public Command {
                     "brake; latched, also across restarts of all nodes, until --release");
     app()->add_flag("--release", release_,
                     "release an emergency stop; the vehicle must be at rest");
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    add_bus_option(app(), &lcm_url_);
     app()->add_flag("--json", json_, "print the result as JSON");
     app()->footer(
         "The command is repeated every second, and BG stops 2.5 s after the last repetition;\n"

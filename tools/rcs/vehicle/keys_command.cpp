@@ -23,14 +23,23 @@ class Keys final : public Command {
   explicit Keys(CLI::App* rcs)
       : Command(rcs->add_subcommand(
             "keys", "Create keys and signed permissions for DDS between vehicles and operators")) {
-    app()->add_option("DIR", directory_, "folder of keys; created if missing")->required();
-    add_repeated(app(), "--vehicle", &vehicles_, "an identity for the gateway of this vehicle");
-    add_repeated(app(), "--operator", &operators_, "an identity that may command vehicles");
-    add_repeated(app(), "--observer", &observers_, "an identity that may only receive");
+    app()
+        ->add_option("DIR", directory_, "folder of keys; created if missing")
+        ->type_name("FOLDER")
+        ->required();
+    add_repeated(app(), "--vehicle", &vehicles_,
+                 "create an identity for the gateway of this vehicle")
+        ->type_name("NAME");
+    add_repeated(app(), "--operator", &operators_, "create an identity that may command vehicles")
+        ->type_name("NAME");
+    add_repeated(app(), "--observer", &observers_, "create an identity that may only receive")
+        ->type_name("NAME");
     add_repeated(app(), "--renew", &renewed_,
-                 "a new certificate and new permissions for this identity's key");
+                 "issue a new certificate and new permissions for the key of this identity")
+        ->type_name("NAME");
     add_repeated(app(), "--revoke", &revoked_,
-                 "reject this identity: its certificate is added to crl.pem");
+                 "reject this identity: its certificate is added to crl.pem")
+        ->type_name("NAME");
     app()
         ->add_option("--days", days_, "validity of new certificates and permissions from now")
         ->check(CLI::Range(1, 3650))

@@ -12,6 +12,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/rcs/path_query_t.hpp"
 #include "lcmtypes/rcs/path_uncertainty_t.hpp"
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/outbox.h"
@@ -35,7 +36,8 @@ class PredictCommand final : public Command {
       : Command(rcs->add_subcommand(
             "predict", "Predict the position uncertainty of WM along a path without GPS")) {
     CLI::Option* const to =
-        add_repeated(app(), "--to", &to_, "X,Y [m] east and north in frame world");
+        add_repeated(app(), "--to", &to_, "point of the path, east and north in frame world [m]")
+            ->type_name("X,Y");
     app()
         ->add_option("--path", path_, "CSV with columns x_m and y_m, in frame world")
         ->check(CLI::ExistingFile)
@@ -52,8 +54,7 @@ class PredictCommand final : public Command {
                      "time limit for the response of WM [s]; when exceeded: status 3")
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    add_bus_option(app(), &lcm_url_);
     app()->add_flag("--json", json_, "print the result as JSON, with every point");
     app()->footer(
         "The path begins at the vehicle. Sigmas are of the position in the worst horizontal\n"

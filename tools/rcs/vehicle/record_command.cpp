@@ -8,6 +8,7 @@
 #include <cstring>
 #include <exception>
 
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/process/terminal_line.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -79,7 +80,10 @@ class Record final : public Command {
  public:
   explicit Record(CLI::App* rcs)
       : Command(rcs->add_subcommand("record", "Record all channels of the bus to a folder")) {
-    app()->add_option("FOLDER", folder_, "folder of the recording; created if missing")->required();
+    app()
+        ->add_option("FOLDER", folder_, "folder of the recording; created if missing")
+        ->type_name("FOLDER")
+        ->required();
     add_megabytes("--size-mb", &size_mb_, "limit of all segments [MB]; the oldest are deleted",
                   1.0);
     add_megabytes("--segment-mb", &segment_mb_,
@@ -95,8 +99,7 @@ class Record final : public Command {
     app()
         ->add_option("--duration", duration_s_, "end after this time [s]; default: Ctrl-C")
         ->check(CLI::Range(0.0, 1e9));
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    add_bus_option(app(), &lcm_url_);
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The recording is a ring of LCM event logs, FOLDER/rcs-NUMBER-TIME.log, in the order of\n"

@@ -10,6 +10,7 @@
 #include <array>
 
 #include "lcmtypes/channels.h"
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/tap.h"
 #include "rcs/node/time_text.h"
@@ -111,8 +112,7 @@ class Top final : public Command {
   explicit Top(CLI::App* rcs)
       : Command(rcs->add_subcommand("top",
                                     "Show the nodes on the bus live: times, load, inputs, state")) {
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    add_bus_option(app(), &lcm_url_);
     app()->add_flag("--once", once_,
                     "receive for the time --listen and print once; default without a terminal");
     app()->add_flag("--json", json_, "print the state as JSON; implies --once");

@@ -15,6 +15,7 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
@@ -86,18 +87,21 @@ class Up final : public Command {
  public:
   explicit Up(CLI::App* rcs)
       : Command(rcs->add_subcommand("up", "Start the nodes of the vehicle and keep them running")) {
-    app()->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")->required();
-    app()->add_option("--lcm-url", lcm_url_,
-                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()
+        ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
+        ->type_name("FILE")
+        ->required();
+    add_bus_option(app(), &lcm_url_);
     CLI::Option* check = app()->add_flag(
         "--check", check_,
         "only check CONFIG with each node; start nothing. Status 1 if it is invalid");
     app()->add_flag("--json", json_, "print the result of --check as JSON")->needs(check);
     app()->add_flag("--force", force_, "start even if nodes of these names run on the bus");
     app()
-        ->add_option("--record", record_to_,
-                     "also record all channels (`rcs record`); default FOLDER: recordings in the "
-                     "state directory. CONFIG comes first")
+        ->add_option(
+            "--record", record_to_,
+            "also record all channels, as `rcs record` does; default: folder recordings in the "
+            "state directory. CONFIG comes first")
         ->expected(0, 1)
         ->type_name("[FOLDER]")
         ->excludes(check);
