@@ -315,6 +315,10 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("obstacle_m", &p.obstacle_m, {0.05, 2},
             "Height above the ground from which points are evidence of an obstacle, and height of "
             "a ledge that is one. It should exceed the grass.");
+  table.get("accurate_m", &p.accurate_m, {0, 200},
+            "Range within which the lowest points of three scans replace those from farther away, "
+            "whose errors wear rocks down. Larger: rocks are detected earlier, and less surely. 0: "
+            "all scans count alike.");
   table.get("side_m", &p.side_m, {0, 1},
             "Height above the plane of its neighbourhood from which ground beside an obstacle is a "
             "part of it, such as the side of a rock. 0: no ground is.");

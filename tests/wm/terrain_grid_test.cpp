@@ -110,6 +110,45 @@ TEST_F(TerrainGridTest, DistinguishesARockFromGrass) {
   EXPECT_EQ(in_grass, 0);
 }
 
+// From afar the place of a point is wrong by decimetres along the ray: the lowest points of many
+// scans are those of the ground around a rock.
+TEST_F(TerrainGridTest, ARockThatFarScansHaveWornDownIsFoundFromNear) {
+  const auto look = [this](TerrainGrid* grid, double from_m, double error_m) {
+    const Pose T{Quat::Identity(), Vec3(8.0 - from_m, 0.0, 1.8)};
+    points_.clear();
+    const double off_m = error_m * normal_(rng_);
+    for (int n = 0; n < 8000; ++n) {
+      const double x = 4.0 + 8.0 * unit_(rng_);
+      const double y = 8.0 * (unit_(rng_) - 0.5);
+      const double away = std::hypot(x - 8.0, y) / 0.4;
+      const double z = away < 1.0 ? 0.33 * std::sqrt(1.0 - away * away) : 0.0;
+      const Vec3 p(x + off_m, y, z + 0.02 * normal_(rng_));
+      points_.push_back((T.inverse() * p).cast<float>());
+    }
+    grid->insert(points_, T);
+  };
+  const auto finds_rock = [this, &look](double accurate_m) {
+    TerrainParams params;
+    params.accurate_m = accurate_m;
+    TerrainGrid grid(params);
+    for (double from_m = 30.0; from_m > 14.0; from_m -= 0.5) look(&grid, from_m, 0.25);
+    for (double from_m = 14.0; from_m > 9.5; from_m -= 0.5) look(&grid, from_m, 0.03);
+    const Cell first = grid.patch({Quat::Identity(), Vec3(0.0, 0.0, 1.8)}, &answers_);
+    bool found = false;
+    for (std::size_t k = 0; k < answers_.size(); ++k) {
+      const int side = params.patch;
+      const double x = (first.i + static_cast<int>(k) % side + 0.5) * params.cell_m;
+      const double y = (first.j + static_cast<int>(k) / side + 0.5) * params.cell_m;
+      const bool rock = std::hypot(x - 8.0, y) < 0.6;
+      found |= rock && answers_[k].obstacle;
+      EXPECT_FALSE(answers_[k].obstacle && !rock && std::hypot(x - 8.0, y) > 1.0) << x << " " << y;
+    }
+    return found;
+  };
+  EXPECT_TRUE(finds_rock(12.0));
+  EXPECT_FALSE(finds_rock(0.0)) << "the test needs more error";
+}
+
 TEST_F(TerrainGridTest, RemovedObjectsAreCleared) {
   for (int k = 0; k < 5; ++k) scan(T_, true);
   ASSERT_TRUE(at(T_, 10.0, 0.0).obstacle);

@@ -97,6 +97,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   const Vec3 ladar = T_local_vehicle * params_.p_vehicle_ladar;
   ladar_ = ladar;
   const auto near_m = static_cast<float>(at_start ? params_.near_start_m : params_.near_m);
+  const auto accurate_m = static_cast<float>(params_.accurate_m);
   for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
     const Vec3f p = p_vehicle[k];
     const bool far = p.squaredNorm() > max_range2;
@@ -118,7 +119,8 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     if (index == 0) {
       if (seen_.size() == kMaxSeen) continue;
       const float away = turned.head<2>().norm();
-      seen_.push_back({cell, z, z, kNone, away > near_m, 1});
+      const bool ground = away > near_m;
+      seen_.push_back({cell, z, z, kNone, ground, ground && away < accurate_m, 1});
       index = static_cast<int>(seen_.size());
       continue;
     }
@@ -159,23 +161,39 @@ bool TerrainGrid::overhangs(const Seen& seen) const {
   return over;
 }
 
-void TerrainGrid::update(const Seen& seen) {
+void TerrainGrid::update_low(const Seen& seen, TerrainCell* cell) const {
   constexpr float kSink =
       0.5F;  // of the ground towards a lower point: limits the effect of an outlier
   constexpr float kRise = 0.03F;  // of the ground towards a higher point, in case it was too low
+  constexpr unsigned kEnough = 3;
+  constexpr unsigned kMost = 7;
+  const auto follow = [&seen](float low_m) {
+    return low_m + (seen.low_m < low_m ? kSink : kRise) * (seen.low_m - low_m);
+  };
+  if (seen.accurate) {
+    cell->accurate_low_m = cell->accurate == 0 ? seen.low_m : follow(cell->accurate_low_m);
+    cell->accurate = std::min(kMost, cell->accurate + 1U) & kMost;
+  }
+  if (cell->accurate >= kEnough) {
+    cell->low_m = cell->accurate_low_m;
+  } else {
+    cell->low_m = cell->scans == 0 ? seen.low_m : follow(cell->low_m);
+  }
+}
+
+void TerrainGrid::update(const Seen& seen) {
   constexpr float kUp = 0.6F;     // of the top towards a higher point
   constexpr float kDown = 0.1F;   // of the top towards a lower point
   constexpr float kDoubt = 0.6F;  // evidence removed by a scan that saw only ground
   constexpr float kAlone = 0.3F;  // evidence of a single tall point
   constexpr float kMax = 8.0F;
   TerrainCell& cell = cells_.at(seen.cell);
-  cell.ground_seen = cell.ground_seen || seen.ground;
+  if (seen.ground) cell.ground_seen = 1;
+  if (cell.scans == 0 && overhangs(seen)) return;
+  update_low(seen, &cell);
   if (cell.scans == 0) {
-    if (overhangs(seen)) return;
-    cell.low_m = seen.low_m;
     cell.high_m = seen.high_m;
   } else {
-    cell.low_m += (seen.low_m < cell.low_m ? kSink : kRise) * (seen.low_m - cell.low_m);
     // Blades of grass appear and disappear; the top of a rock is seen repeatedly.
     cell.high_m += (seen.high_m > cell.high_m ? kUp : kDown) * (seen.high_m - cell.high_m);
     // An overhang that was inserted before the ground below it was known.

@@ -37,6 +37,9 @@ struct TerrainParams {
   /// III LADAR (-20 deg) reaches it 5.9 m from the centre of the vehicle.
   double near_start_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them
+  /// The lowest points of some scans from within this range replace those from farther away, whose
+  /// errors of place and attitude wear a rock down to the ground around it. 0: they do not.
+  double accurate_m = 12.0;
   /// Ground that an edge hides is looked for up to here; 0: not at all. The rows of the LADAR must
   /// meet level ground closer than about twice a cell.
   double edge_range_m = 0.0;
@@ -60,10 +63,12 @@ struct TerrainCell {
   /// Lowest height that scans see repeatedly: some rays penetrate grass. Infinite if unknown, so
   /// that it is below nothing.
   float low_m = kUnknown_m;
-  float high_m = 0.0F;  ///< top of what stands on the ground, below the overhang
+  float accurate_low_m = kUnknown_m;  ///< the same of the scans from near
+  float high_m = 0.0F;                ///< top of what stands on the ground, below the overhang
   float evidence = 0.0F;
-  std::uint16_t scans = 0;   ///< scans that saw it, saturating; 0: unknown
-  bool ground_seen = false;  ///< seen from farther than near_m: low_m may be the ground
+  std::uint16_t scans = 0;       ///< scans that saw it, saturating; 0: unknown
+  std::uint8_t ground_seen : 1;  ///< from farther than near_m: low_m may be the ground
+  std::uint8_t accurate : 3;     ///< scans from near, saturating
   /// Net number of observations that an edge hides it, while it is unknown.
   std::uint8_t hidden = 0;
   // Rays that ended in what stands on the ground here, and that passed below its top.
@@ -76,7 +81,7 @@ struct TerrainCell {
   std::uint8_t hit : 1;             ///< by a ray of the current scan, in what stands here
   std::uint8_t ground_unknown : 1;  ///< when the object was first seen here
 
-  TerrainCell() : upright(0), listed(0), hit(0), ground_unknown(0) {}
+  TerrainCell() : ground_seen(0), accurate(0), upright(0), listed(0), hit(0), ground_unknown(0) {}
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 
@@ -169,6 +174,7 @@ class TerrainGrid {
     float high_m;
     float second_m;  // second highest
     bool ground;     // from a range at which rays reach level ground
+    bool accurate;   // and from not farther than accurate_m
     int points;
   };
   /// Lowest of the quarters of a cell, while a patch is computed.
@@ -185,6 +191,7 @@ class TerrainGrid {
     int j = 0;
   };
   void update(const Seen& seen);
+  void update_low(const Seen& seen, TerrainCell* cell) const;
   [[nodiscard]] bool overhangs(const Seen& seen) const;
   void look_before(const Seen& seen, const Vec2& ladar);
   void look_through(const Vec3& hit, const Vec3& ladar);
