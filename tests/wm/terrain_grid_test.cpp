@@ -136,9 +136,10 @@ TEST_F(TerrainGridTest, ARockThatFarScansHaveWornDownIsFoundFromNear) {
     const Cell first = grid.patch({Quat::Identity(), Vec3(0.0, 0.0, 1.8)}, &answers_);
     bool found = false;
     for (std::size_t k = 0; k < answers_.size(); ++k) {
-      const int side = params.patch;
-      const double x = (first.i + static_cast<int>(k) % side + 0.5) * params.cell_m;
-      const double y = (first.j + static_cast<int>(k) / side + 0.5) * params.cell_m;
+      const int i = first.i + static_cast<int>(k) % params.patch;
+      const int j = first.j + static_cast<int>(k) / params.patch;
+      const double x = (i + 0.5) * params.cell_m;
+      const double y = (j + 0.5) * params.cell_m;
       const bool rock = std::hypot(x - 8.0, y) < 0.6;
       found |= rock && answers_[k].obstacle;
       EXPECT_FALSE(answers_[k].obstacle && !rock && std::hypot(x - 8.0, y) > 1.0) << x << " " << y;
