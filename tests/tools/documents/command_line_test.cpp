@@ -1,5 +1,6 @@
 // What all commands have in common.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <sstream>
@@ -66,7 +67,7 @@ TEST_F(CommandLine, EveryProgramNamesAnUnknownOption) {
   for (const std::string& program : programs()) {
     const std::string name = program == "rcs_view" ? "rcs view" : program;
     EXPECT_EQ(run(program + " --bogus"), 2) << program;
-    EXPECT_EQ(messages(), name + ": unknown option --bogus (see `" + name + " --help`)\n");
+    EXPECT_EQ(messages(), fmt::format("{0}: unknown option --bogus (see `{0} --help`)\n", name));
     EXPECT_EQ(run(program + " --hepl"), 2) << program;
     EXPECT_THAT(messages(), HasSubstr("unknown option --hepl; did you mean --help?")) << program;
   }
