@@ -172,8 +172,7 @@ struct TrustParams {
   /// driven.
   double floor_share = 0.003;
   double floor_mps = 0.03;           ///< the same of its velocity
-  double attitude_sigma_rad = 0.01;  ///< of roll and pitch, largest for which sub-filters branch
-  double heading_sigma_rad = 0.02;   ///< of the heading, likewise: at rest it does not improve
+  double attitude_sigma_rad = 0.01;  ///< largest for which sub-filters are branched
   double cusum = 12.0;               ///< limit of the cumulative sum of excess velocity, in sigmas
 };
 

@@ -412,13 +412,8 @@ void read_fde(ParamTable table, TrustParams* p) {
             "Velocity error of a filter that its covariance does not contain, one standard "
             "deviation, in the tests of the GPS velocity.");
   table.get("attitude_sigma_rad", &p->attitude_sigma_rad, {1e-3, 1},
-            "Largest standard deviation of roll and pitch with which sub-filters are branched (not "
-            "without INS). Larger: earlier but weaker fault detection.");
-  table.get(
-      "heading_sigma_rad", &p->heading_sigma_rad, {1e-3, 1},
-      "Largest standard deviation of the heading with which sub-filters are branched. Larger: "
-      "earlier but weaker fault detection. Smaller: a vehicle that stands after the loss of a "
-      "source, and whose heading does not improve, keeps a large protection level.");
+            "Largest attitude standard deviation (without INS: of the heading) with which "
+            "sub-filters are branched. Larger: earlier but weaker fault detection.");
   table.get("cusum", &p->cusum, {3, 1000},
             "Limit of the cumulative sum of excess GPS velocity, in standard deviations, above "
             "which GPS is excluded. Larger: fewer false exclusions, later detection.");

@@ -151,9 +151,8 @@ bool Trust::has_position(const FilterState& belief) {
 bool Trust::knows_attitude(const FilterState& belief) const {
   if (!belief.memory.anchored) return true;
   const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
-  const double tilt_rad2 = uses_forces(belief) ? variance.head<2>().maxCoeff() : 0.0;
-  return tilt_rad2 <= params_.attitude_sigma_rad * params_.attitude_sigma_rad &&
-         variance.z() <= params_.heading_sigma_rad * params_.heading_sigma_rad;
+  const double limit = params_.attitude_sigma_rad * params_.attitude_sigma_rad;
+  return (uses_forces(belief) ? variance.maxCoeff() : variance.z()) <= limit;
 }
 
 void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
