@@ -1,5 +1,6 @@
 // The generated documents: docs/reference, man pages, completion.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <regex>
@@ -80,7 +81,7 @@ TEST_F(Reference, CommandPageHasEveryCommand) {
   for (const std::string& command : commands) {
     EXPECT_THAT(cli, HasSubstr("\n## rcs " + command + "\n"));
     for (const std::string& sub : commands_in_help(command)) {
-      EXPECT_THAT(cli, HasSubstr("\n### rcs " + command + " " + sub + "\n"));
+      EXPECT_THAT(cli, HasSubstr(fmt::format("\n### rcs {} {}\n", command, sub)));
     }
   }
   EXPECT_THAT(cli, HasSubstr("| `-o, --out` |"));
