@@ -15,8 +15,6 @@ constexpr Duration kHeld = from_seconds(1.0);               // longer than the w
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
-// Older scans were made elsewhere: they do not tell what is hidden from here.
-constexpr Duration kLookLasts = from_seconds(0.3);
 constexpr Duration kUnregistered = from_seconds(5.0);
 constexpr double kLeadBack_m = 10.0;
 constexpr double kBeforeEnd_m = 5.0;  // of a path that is kept, in addition to the way to stop
@@ -64,7 +62,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       hidden_(config.sight),
-      unchecked_(config.sight, config.shape),
+      unverified_(config.sight, config.shape),
       required_(config.shape.min_margin_m),
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
@@ -177,17 +175,13 @@ void BgNode::take_map(const Cycle& cycle) {
       planner_.forget();
     }
     const Stamp scan = from_utime(m->utime);
-    const bool lost = nav_.stamp - scan >= kLookLasts;
-    const bool looked = scan > terrain_stamp_ && !lost;
+    const Scans scans = scan_watch_.update(scan, nav_.stamp);
     if (trail_local_utime_ == m->local_utime) {
       trail_.mark(config_.shape, &terrain_);
       const Pose& T = nav_.T_local_vehicle;
-      hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), looked, &terrain_);
-      unchecked_.mark(place(),
-                      lost     ? Scans::kLost
-                      : looked ? Scans::kNew
-                               : Scans::kNone,
-                      &terrain_);
+      hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), scans == Scans::kNew,
+                   &terrain_);
+      unverified_.mark(place(), scans, &terrain_);
     }
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
@@ -213,7 +207,7 @@ void BgNode::take_map(const Cycle& cycle) {
 void BgNode::leave_trail() {
   if (trail_local_utime_ != nav_.local_utime) {
     trail_.move_to_frame_of(place());
-    unchecked_.move_to_frame_of(place());
+    unverified_.move_to_frame_of(place());
   }
   trail_local_utime_ = nav_.local_utime;
   trail_.add(place());

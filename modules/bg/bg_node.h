@@ -14,9 +14,10 @@
 #include "modules/bg/bg_messages_node.h"
 #include "modules/bg/planner.h"
 #include "modules/bg/required_clearance.h"
+#include "modules/bg/scan_watch.h"
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
-#include "modules/bg/unchecked_ground.h"
+#include "modules/bg/unverified_ground.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/command_port.h"
@@ -92,9 +93,10 @@ class BgNode final : public Node {
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
-  Trail trail_;                // frame local
-  HiddenGround hidden_;        // frame local
-  UncheckedGround unchecked_;  // frame local
+  ScanWatch scan_watch_;         // of terrain_
+  Trail trail_;                  // frame local
+  HiddenGround hidden_;          // frame local
+  UnverifiedGround unverified_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
   RequiredClearance required_;

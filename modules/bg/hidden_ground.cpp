@@ -13,24 +13,9 @@ constexpr std::uint8_t kLooks = 2;      // a scan may be incomplete
 
 }  // namespace
 
-Bearing bearing_from_ladar(double x_m, double y_m, const Place& vehicle,
-                           const SightParams& params) {
-  const double c = std::cos(vehicle.heading_rad);
-  const double s = std::sin(vehicle.heading_rad);
-  const double dx = x_m - vehicle.x_m;
-  const double dy = y_m - vehicle.y_m;
-  const double ahead_m = c * dx + s * dy - params.ahead_m;
-  const double left_m = c * dy - s * dx;
-  return {std::hypot(ahead_m, left_m), std::atan2(left_m, ahead_m)};
-}
-
 double blind_zone_m(const SightParams& params, double lifted_rad) {
   const double below_rad = std::max(kSteepest_rad, params.lowest_rad - lifted_rad);
   return params.height_m / std::tan(below_rad) + kMargin_m;
-}
-
-bool is_in_sight(const Bearing& to, const SightParams& params) {
-  return to.range_m < params.far_m && std::abs(to.angle_rad) < params.half_angle_rad;
 }
 
 void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad, bool looked,
@@ -42,6 +27,7 @@ void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
   const double lifted_rad =
       std::max(0.0, pitch_rad) +
       std::abs(roll_rad) * std::sin(std::min(0.5 * kPi, params_.half_angle_rad));
+  const LadarView view(vehicle, params_);
   const double blind_m = blind_zone_m(params_, lifted_rad);
   const auto unknown_around = [terrain](Cell c) {
     int count = 0;
@@ -69,9 +55,8 @@ void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
       return;
     }
     if (!looked || *mark >= kLooks) return;
-    const Bearing to = bearing_from_ladar((c.i + 0.5) * terrain->cell_m,
-                                          (c.j + 0.5) * terrain->cell_m, vehicle, params_);
-    const bool in_sight = to.range_m > blind_m && is_in_sight(to, params_);
+    const Vec2 at = view.relative((c.i + 0.5) * terrain->cell_m, (c.j + 0.5) * terrain->cell_m);
+    const bool in_sight = at.norm() > blind_m && view.covers(at);
     if (in_sight && unknown_around(c) >= kUnknownAround) ++*mark;
   });
   each([&](Cell c) {

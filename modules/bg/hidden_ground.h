@@ -3,11 +3,13 @@
 // edge. Beyond a crest it comes into sight; below a drop and in a ditch it does not. It is an
 // obstacle until it is seen.
 
+#include <cmath>
 #include <cstdint>
 
 #include "modules/bg/path.h"
 #include "modules/vj/traversal_cost.h"
 #include "rcs/base/grid.h"
+#include "rcs/base/linear.h"
 
 namespace rcs::bg {
 
@@ -21,18 +23,34 @@ struct SightParams {
   double half_angle_rad = radians(36.0);  ///< to either side
 };
 
-/// A place on the ground as seen from the LADAR.
-struct Bearing {
-  double range_m = 0.0;
-  double angle_rad = 0.0;  ///< counter-clockwise from ahead, within [-pi, pi]
+/// Positions on the ground relative to the LADAR of a vehicle.
+class LadarView {
+ public:
+  LadarView(const Place& vehicle, const SightParams& params)
+      : params_(params),
+        vehicle_(vehicle.x_m, vehicle.y_m),
+        ahead_(std::cos(vehicle.heading_rad), std::sin(vehicle.heading_rad)) {}
+
+  /// @return ahead and to the left of the LADAR
+  [[nodiscard]] Vec2 relative(double x_m, double y_m) const {
+    const Vec2 d = Vec2(x_m, y_m) - vehicle_;
+    return {ahead_.dot(d) - params_.ahead_m, ahead_.x() * d.y() - ahead_.y() * d.x()};
+  }
+  /// Within SightParams::far_m and the field of view.
+  [[nodiscard]] bool covers(const Vec2& relative) const {
+    return relative.norm() < params_.far_m &&
+           std::abs(std::atan2(relative.y(), relative.x())) < params_.half_angle_rad;
+  }
+
+ private:
+  SightParams params_;
+  Vec2 vehicle_;
+  Vec2 ahead_;
 };
-[[nodiscard]] Bearing bearing_from_ladar(double x_m, double y_m, const Place& vehicle,
-                                         const SightParams& params);
+
 /// Range within which the lowest rays pass above level ground.
 /// @param lifted_rad  the lowest rays, by the attitude of the vehicle
 [[nodiscard]] double blind_zone_m(const SightParams& params, double lifted_rad);
-/// Within the range and the angles in which the LADAR shows all ground, or in its blind zone there.
-[[nodiscard]] bool is_in_sight(const Bearing& to, const SightParams& params);
 
 class HiddenGround {
  public:

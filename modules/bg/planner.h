@@ -35,7 +35,7 @@ class Planner {
   }
   /// Another frame local has begun.
   void forget() { remembered_.clear(); }
-  /// A new task: a goal to which no way was known is tried again.
+  /// A task begins: the time for which its goal has been enclosed counts from now on.
   void begin_task() {
     to_.goal.reset();
     onward_.goal.reset();

@@ -21,7 +21,8 @@ constexpr double kCell_m = 0.8;
 // A way out of the terrain and back into it must not be cheaper than the path through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
-// Driven ground that seems blocked costs more than all other ground where the vehicle can stand.
+// Cost of a metre over ground that the vehicle has driven over and that is blocked now: more than
+// of all other ground where it can stand.
 constexpr float kTight = 40.0F;
 constexpr double kContinuous_m = 5.0;  // a longer step between two terrains was not driven
 constexpr float kDiagonal = 1.41421356F;

@@ -27,8 +27,8 @@ class RememberedGround {
  public:
   RememberedGround();
 
-  /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten. Where
-  /// the vehicle has driven it can stand, whatever the terrain shows now.
+  /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten. Ground
+  /// that the vehicle has driven over is not blocked, whatever the terrain shows later.
   /// @param body_m  radius around the centre of the vehicle that must be free
   void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
             const vj::Weights& weights, double body_m);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "modules/bg/outline.h"
+
 namespace rcs::bg {
 
 void Trail::add(const Place& here) {
@@ -28,19 +30,11 @@ void Trail::move_to_frame_of(const Place& here) {
 }
 
 void Trail::mark(const Shape& shape, vj::Terrain* terrain) const {
-  const double half_m = 0.5 * terrain->cell_m;
   for (std::size_t k = 0; k < std::min(count_, places_.size()); ++k) {
-    const Place& p = places_[k];
-    const double c = std::cos(p.heading_rad);
-    const double s = std::sin(p.heading_rad);
-    for (double along = -0.5 * shape.length_m; along <= 0.5 * shape.length_m; along += half_m) {
-      for (double aside = -0.5 * shape.width_m; aside <= 0.5 * shape.width_m; aside += half_m) {
-        const Cell cell =
-            terrain->cell_at(p.x_m + c * along - s * aside, p.y_m + s * along + c * aside);
-        if (!terrain->contains(cell)) continue;
-        terrain->ground[terrain->index(cell)].known = true;
-      }
-    }
+    each_point_under(shape, places_[k], 0.5 * terrain->cell_m, [terrain](double x_m, double y_m) {
+      const Cell cell = terrain->cell_at(x_m, y_m);
+      if (terrain->contains(cell)) terrain->ground[terrain->index(cell)].known = true;
+    });
   }
 }
 

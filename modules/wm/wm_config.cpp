@@ -316,12 +316,14 @@ void read_terrain(ParamTable table, WmConfig* c) {
             "Height above the ground from which points are evidence of an obstacle, and height of "
             "a ledge that is one. It should exceed the grass.");
   table.get("accurate_m", &p.accurate_m, {0, 200},
-            "Range within which the lowest points of three scans replace those from farther away, "
-            "whose errors wear rocks down. Larger: rocks are detected earlier, and less surely. 0: "
-            "all scans count alike.");
-  table.get("side_m", &p.side_m, {0, 1},
-            "Height above the plane of its neighbourhood from which ground beside an obstacle is a "
-            "part of it, such as the side of a rock. 0: no ground is.");
+            "Range within which the lowest points of three scans replace those of scans at longer "
+            "range, where errors of position and attitude assign ground to the cells of rocks. "
+            "Larger: rocks are detected earlier, and with less certainty. 0: all scans count "
+            "alike.");
+  table.get(
+      "side_m", &p.side_m, {0, 1},
+      "Height above the plane of its neighbourhood from which ground next to an obstacle is a "
+      "part of it, such as the side of a rock. 0: disabled.");
   table.get("evidence", &p.evidence, {0.5, 10},
             "Net number of scans with tall points from which a cell is an obstacle. Larger: fewer "
             "false obstacles, later detection.");

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "modules/bg/hidden_ground.h"
 #include "modules/vj/traversal_cost.h"
 
 namespace rcs::bg::test {
@@ -25,6 +26,13 @@ inline vj::Terrain level_field(int side,
     }
   }
   return t;
+}
+
+/// A LADAR whose rows meet the ground closer than a cell up to 9 m.
+inline SightParams sight() {
+  SightParams params;
+  params.far_m = 9.0;
+  return params;
 }
 
 }  // namespace rcs::bg::test

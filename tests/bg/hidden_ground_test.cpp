@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/bg/fields.h"
+
 namespace rcs::bg {
 namespace {
 
-SightParams sight() {
-  SightParams params;
-  params.far_m = 9.0;
-  return params;
-}
+using test::sight;
 
 /// Known ground but for a strip across the way ahead, from `from_m` to `to_m`.
 vj::Terrain terrain_with_strip(double from_m, double to_m) {

@@ -9,7 +9,7 @@
 namespace rcs::bg {
 namespace {
 
-TEST(Planner, ANewTaskTriesAnEnclosedGoalAgain) {
+TEST(Planner, EachTaskSearchesForAnEnclosedGoal) {
   const vj::Terrain terrain = test::level_field(128, [](double x, double y) {
     return std::abs(std::max(std::abs(x - 14.0), std::abs(y)) - 8.0) < 0.5;
   });

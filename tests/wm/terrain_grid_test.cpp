@@ -110,9 +110,9 @@ TEST_F(TerrainGridTest, DistinguishesARockFromGrass) {
   EXPECT_EQ(in_grass, 0);
 }
 
-// From afar the place of a point is wrong by decimetres along the ray: the lowest points of many
-// scans are those of the ground around a rock.
-TEST_F(TerrainGridTest, ARockThatFarScansHaveWornDownIsFoundFromNear) {
+// At long range the position of a point is wrong by decimetres along the ray: the lowest points of
+// many scans are those of the ground around a rock.
+TEST_F(TerrainGridTest, ARockIsDetectedAtShortRangeAfterInaccurateScansAtLongRange) {
   const auto look = [this](TerrainGrid* grid, double from_m, double error_m) {
     const Pose T{Quat::Identity(), Vec3(8.0 - from_m, 0.0, 1.8)};
     points_.clear();

@@ -8,9 +8,9 @@
 
 namespace rcs::wm {
 
-/// The side of a rock is too low to be an obstacle by itself, but the body of a vehicle that passes
-/// the rock at its margin touches it. Cells that are higher than `side_m` and next to an obstacle,
-/// or next to such a cell, become obstacles. What an edge hides has no sides.
+/// The side of a rock is too low to be an obstacle by itself, but a vehicle that passes the rock
+/// within its margin touches it. Cells that are higher than `side_m` and next to an obstacle, or
+/// next to such a cell, become obstacles. Ground that an edge hides has no sides.
 /// @param width  cells of a row of `answers`
 inline void join_sides(int width, double side_m, std::vector<TerrainAnswer>* answers) {
   constexpr int kRounds = 2;  // 0.8 m: the radius of a rock

@@ -166,15 +166,14 @@ void TerrainGrid::update_low(const Seen& seen, TerrainCell* cell) const {
       0.5F;  // of the ground towards a lower point: limits the effect of an outlier
   constexpr float kRise = 0.03F;  // of the ground towards a higher point, in case it was too low
   constexpr unsigned kEnough = 3;
-  constexpr unsigned kMost = 7;
   const auto follow = [&seen](float low_m) {
     return low_m + (seen.low_m < low_m ? kSink : kRise) * (seen.low_m - low_m);
   };
   if (seen.accurate) {
     cell->accurate_low_m = cell->accurate == 0 ? seen.low_m : follow(cell->accurate_low_m);
-    cell->accurate = std::min(kMost, cell->accurate + 1U) & kMost;
+    if (cell->accurate < kEnough) ++cell->accurate;
   }
-  if (cell->accurate >= kEnough) {
+  if (cell->accurate == kEnough) {
     cell->low_m = cell->accurate_low_m;
   } else {
     cell->low_m = cell->scans == 0 ? seen.low_m : follow(cell->low_m);

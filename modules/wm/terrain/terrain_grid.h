@@ -26,8 +26,8 @@ struct TerrainParams {
   double obstacle_m =
       0.4;  ///< points higher above the ground are evidence of an obstacle; more than the grass
   double evidence = 3.5;  ///< net number of scans with such points
-  /// Ground that exceeds its plane by this beside an obstacle is a part of it: the side of a rock.
-  /// 0: none is.
+  /// Ground that exceeds its plane by this, next to an obstacle, is a part of it: the side of a
+  /// rock. 0: disabled.
   double side_m = 0.15;
   /// At a shorter range the lowest LADAR rays are above level ground: their returns come from grass
   /// or objects.
@@ -37,8 +37,8 @@ struct TerrainParams {
   /// III LADAR (-20 deg) reaches it 5.9 m from the centre of the vehicle.
   double near_start_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them
-  /// The lowest points of some scans from within this range replace those from farther away, whose
-  /// errors of place and attitude wear a rock down to the ground around it. 0: they do not.
+  /// The lowest points of three scans within this range replace those of scans at longer range:
+  /// errors of position and attitude there assign ground to the cells of a rock. 0: they do not.
   double accurate_m = 12.0;
   /// Ground that an edge hides is looked for up to here; 0: not at all. The rows of the LADAR must
   /// meet level ground closer than about twice a cell.
@@ -63,12 +63,12 @@ struct TerrainCell {
   /// Lowest height that scans see repeatedly: some rays penetrate grass. Infinite if unknown, so
   /// that it is below nothing.
   float low_m = kUnknown_m;
-  float accurate_low_m = kUnknown_m;  ///< the same of the scans from near
+  float accurate_low_m = kUnknown_m;  ///< the same of scans at short range
   float high_m = 0.0F;                ///< top of what stands on the ground, below the overhang
   float evidence = 0.0F;
   std::uint16_t scans = 0;       ///< scans that saw it, saturating; 0: unknown
   std::uint8_t ground_seen : 1;  ///< from farther than near_m: low_m may be the ground
-  std::uint8_t accurate : 3;     ///< scans from near, saturating
+  std::uint8_t accurate : 2;     ///< scans at short range, saturating
   /// Net number of observations that an edge hides it, while it is unknown.
   std::uint8_t hidden = 0;
   // Rays that ended in what stands on the ground here, and that passed below its top.
@@ -94,7 +94,7 @@ struct TerrainAnswer {
   bool side = false;         ///< of an obstacle; only within join_sides()
   float height_m = 0.0F;     ///< of the plane through the neighbourhood; NAN: unknown
   float step_m = 0.0F;       ///< height of an object or a ledge above that plane
-  float low_m = 0.0F;        ///< of what no ray has penetrated, above that plane: not of grass
+  float low_m = 0.0F;        ///< largest height of solid ground above that plane, not of grass
   float slope_rad = 0.0F;    ///< of the plane
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
 };
@@ -174,7 +174,7 @@ class TerrainGrid {
     float high_m;
     float second_m;  // second highest
     bool ground;     // from a range at which rays reach level ground
-    bool accurate;   // and from not farther than accurate_m
+    bool accurate;   // and within accurate_m
     int points;
   };
   /// Lowest of the quarters of a cell, while a patch is computed.

@@ -1,27 +1,20 @@
-#include "modules/bg/unchecked_ground.h"
+#include "modules/bg/unverified_ground.h"
 
 #include <gtest/gtest.h>
+
+#include "tests/bg/fields.h"
 
 namespace rcs::bg {
 namespace {
 
-SightParams sight() {
-  SightParams params;
-  params.far_m = 9.0;
-  return params;
-}
+using test::sight;
 
 vj::Terrain known_ground() {
-  vj::Terrain t;
-  t.first = {-64, -64};
-  t.width = t.height = 128;
-  t.ground.resize(std::size_t{128} * 128);
-  for (vj::Ground& g : t.ground) g.known = true;
-  return t;
+  return test::level_field(128, [](double, double) { return false; });
 }
 
 struct Drive {
-  UncheckedGround unchecked{sight(), Shape{}};
+  UnverifiedGround unverified{sight(), Shape{}};
   Place here;
   vj::Terrain terrain = known_ground();
 
@@ -34,7 +27,7 @@ struct Drive {
   }
   void stay(Scans scans) {
     terrain = known_ground();
-    unchecked.mark(here, scans, &terrain);
+    unverified.mark(here, scans, &terrain);
   }
   [[nodiscard]] bool blocked(double ahead_m, double left_m = 0.0) const {
     const double c = std::cos(here.heading_rad);
@@ -51,7 +44,7 @@ struct Drive {
   }
 };
 
-TEST(UncheckedGround, WithScansNothingIsUnchecked) {
+TEST(UnverifiedGround, WithScansNoGroundIsUnverified) {
   Drive drive;
   for (const double curvature_1pm : {0.0, 0.18, -0.18, 0.1}) {
     drive.here.curvature_1pm = curvature_1pm;
@@ -62,7 +55,7 @@ TEST(UncheckedGround, WithScansNothingIsUnchecked) {
   }
 }
 
-TEST(UncheckedGround, SomeMissingScansAreNoLoss) {
+TEST(UnverifiedGround, SomeMissingScansAreNoLoss) {
   Drive drive;
   for (int k = 0; k < 10; ++k) {
     drive.go(1.0, Scans::kNew);
@@ -71,21 +64,21 @@ TEST(UncheckedGround, SomeMissingScansAreNoLoss) {
   }
 }
 
-TEST(UncheckedGround, AfterADriveWithoutScansTheBlindZoneIsUnchecked) {
+TEST(UnverifiedGround, AfterADriveWithoutScansTheBlindZoneIsUnverified) {
   Drive drive;
   drive.go(10.0, Scans::kNew);
   drive.go(4.0, Scans::kLost);
-  EXPECT_FALSE(drive.blocked(4.0)) << "it had been seen from near";
+  EXPECT_FALSE(drive.blocked(4.0)) << "it was observed at short range";
   drive.go(4.0, Scans::kLost);
   EXPECT_TRUE(drive.blocked(5.0));
   EXPECT_FALSE(drive.blocked(1.0)) << "the vehicle stands there";
-  EXPECT_FALSE(drive.blocked(9.0)) << "beyond the blind zone: a scan can still show it";
+  EXPECT_FALSE(drive.blocked(9.0)) << "outside of the blind zone a scan can still show it";
   // Scans from where the vehicle stands do not show its blind zone.
   for (int k = 0; k < 10; ++k) drive.stay(Scans::kNew);
   EXPECT_TRUE(drive.blocked(5.0));
 }
 
-TEST(UncheckedGround, ItIsCheckedByBackingAndLooking) {
+TEST(UnverifiedGround, ReversingAndObservingVerifiesIt) {
   Drive drive;
   drive.go(10.0, Scans::kNew);
   drive.go(8.0, Scans::kLost);
@@ -95,31 +88,31 @@ TEST(UncheckedGround, ItIsCheckedByBackingAndLooking) {
   EXPECT_FALSE(drive.blocked(5.0));
 }
 
-TEST(UncheckedGround, WhatTheVehicleDrivesOverIsChecked) {
+TEST(UnverifiedGround, GroundThatTheVehicleDrivesOverIsVerified) {
   Drive drive;
   drive.go(10.0, Scans::kNew);
   drive.go(12.0, Scans::kLost);
   EXPECT_FALSE(drive.blocked(-3.0));
-  EXPECT_TRUE(drive.blocked(-1.0, 2.0)) << "beside it no one has looked";
+  EXPECT_TRUE(drive.blocked(-1.0, 2.0)) << "next to it nothing was observed";
 }
 
-TEST(UncheckedGround, ItIsKeptWhenFrameLocalIsReplaced) {
+TEST(UnverifiedGround, ItIsKeptWhenFrameLocalIsReplaced) {
   Drive drive;
   drive.go(10.0, Scans::kNew);
   drive.go(8.0, Scans::kLost);
   ASSERT_TRUE(drive.blocked(5.0));
   const int before = drive.blocked_cells();
   drive.here = Place{3.0, -2.0, 1.2, 0.0};
-  drive.unchecked.move_to_frame_of(drive.here);
+  drive.unverified.move_to_frame_of(drive.here);
   drive.stay(Scans::kNew);
   EXPECT_TRUE(drive.blocked(5.0));
   EXPECT_FALSE(drive.blocked(-1.0));
   EXPECT_NEAR(drive.blocked_cells(), before, 0.1 * before);
 }
 
-TEST(UncheckedGround, WithoutTheRangeOfTheLadarNothingIsUnchecked) {
+TEST(UnverifiedGround, WithoutTheRangeOfTheLadarNoGroundIsUnverified) {
   Drive drive;
-  drive.unchecked = UncheckedGround(SightParams{}, Shape{});
+  drive.unverified = UnverifiedGround(SightParams{}, Shape{});
   drive.go(10.0, Scans::kNew);
   drive.go(12.0, Scans::kLost);
   EXPECT_EQ(drive.blocked_cells(), 0);
