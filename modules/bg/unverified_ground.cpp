@@ -23,14 +23,17 @@ void each_cell(const Grid<std::uint8_t>& grid, What&& what) {
 
 void UnverifiedGround::begin(double cell_m) {
   int size = 2;
-  while (size * cell_m < 2.0 * (params_.far_m + params_.ahead_m)) size *= 2;
+  while (size * cell_m < 2.0 * (params_.far_m + params_.ahead_m)) {
+    size *= 2;
+  }
   observations_ = moved_ = Grid<std::uint8_t>(size, cell_m);
 }
 
 void UnverifiedGround::mark(const Place& vehicle, Scans scans, vj::Terrain* terrain) {
   if (params_.far_m <= 0.0) return;
-  if (observations_.size() == 1 || terrain->cell_m != observations_.cell_m())
+  if (observations_.size() == 1 || terrain->cell_m != observations_.cell_m()) {
     begin(terrain->cell_m);
+  }
   observations_.centre_on(observations_.cell_at(vehicle.x_m, vehicle.y_m));
   here_ = vehicle;
   drive_over(vehicle);

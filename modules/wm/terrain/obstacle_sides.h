@@ -24,8 +24,9 @@ inline void join_sides(int width, double side_m, std::vector<TerrainAnswer>* ans
     for (int j = 1; j + 1 < height; ++j) {
       for (int i = 1; i + 1 < width; ++i) {
         TerrainAnswer& a = at(i, j);
-        if (!a.known || a.obstacle || a.vegetation || a.low_m < static_cast<float>(side_m))
+        if (!a.known || a.obstacle || a.vegetation || a.low_m < static_cast<float>(side_m)) {
           continue;
+        }
         for (int k = 0; k < 9 && !a.side; ++k) {
           const TerrainAnswer& other = at(i + k % 3 - 1, j + k / 3 - 1);
           a.side = other.obstacle && !other.hidden;
