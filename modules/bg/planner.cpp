@@ -12,6 +12,7 @@ namespace {
 constexpr Duration kRefresh = from_seconds(1.0);  // interval, for the same goal
 constexpr double kSameGoal_m = 0.5;
 constexpr double kThrough = 0.6;  // of the radius of a goal that is driven through
+constexpr double kNearer_m = 1.0;
 
 }  // namespace
 
@@ -77,17 +78,24 @@ void Planner::update_cost(const Query& query, Stamp now) {
   if (!to_.is_due(query.to, now)) return;
   to_.goal = query.to;
   to_.computed = now;
-  // The goal may be occupied, or seem so: closer to it the terrain is seen better.
-  for (const double more_m : {0.0, near_goal_m_}) {
-    more_m_ = more_m;
-    to_.cost.compute(remembered_, {query.to.x_m, query.to.y_m, query.to.radius_m + more_m});
-    if (!to_.cost.reachable_from(query.start.place.x_m, query.start.place.y_m)) continue;
+  const Place& here = query.start.place;
+  more_m_ = 0.0;
+  to_.cost.compute(remembered_, query.to);
+  if (to_.cost.reachable_from(here.x_m, here.y_m)) {
     enclosed_since_ = Stamp::max();
     return;
   }
-  // Until the command fails, the vehicle approaches the thinnest barrier and observes it again: the
-  // remembered obstacle may have been wrong, or has gone.
-  enclosed_since_ = std::min(enclosed_since_, now);
+  // The goal may be occupied, or seem so: closer to it the terrain is seen better. If that place is
+  // enclosed, too, the vehicle approaches the thinnest barrier until the command fails: the
+  // remembered obstacle may have been wrong, or has gone. It may also reach that place on the wrong
+  // side of a barrier, and drive around it for ever: the time counts while it comes no nearer.
+  more_m_ = near_goal_m_;
+  to_.cost.compute(remembered_, {query.to.x_m, query.to.y_m, query.to.radius_m + more_m_});
+  const double away_m = std::hypot(query.to.x_m - here.x_m, query.to.y_m - here.y_m);
+  if (enclosed_since_ == Stamp::max() || away_m < nearest_m_ - kNearer_m) {
+    enclosed_since_ = now;
+    nearest_m_ = away_m;
+  }
 }
 
 void Planner::update_onward_cost(const Query& query, Stamp now) {

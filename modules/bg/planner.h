@@ -49,7 +49,8 @@ class Planner {
   /// nearer to an obstacle than allowed.
   [[nodiscard]] double cost_of_rest(const Query& query, const Path& path, std::size_t from) const;
 
-  /// Since when no way to the goal is known or can exist; Stamp::max(): it may exist.
+  /// Since when no way to the goal is known or can exist and the vehicle has come no nearer to it;
+  /// Stamp::max(): it may exist.
   [[nodiscard]] Stamp enclosed_since() const { return enclosed_since_; }
 
   [[nodiscard]] const Body& body() const { return search_.body(); }
@@ -79,6 +80,7 @@ class Planner {
   double more_m_ = 0.0;   // increase of the radius of the goal
   bool through_ = false;  // a way from the goal to the one after it may exist
   Stamp enclosed_since_ = Stamp::max();
+  double nearest_m_ = 0.0;  // least distance to the goal while it has been enclosed
   CostField field_;
   CostField onward_field_;
   PathSearch search_;
