@@ -23,23 +23,30 @@ TEST(FaultDetection, NoFaultIsDetectedInACleanDrive) {
 TEST(FaultDetection, NoSubFilterBeforeHeadingAndTiltAreKnown) {
   const Model model{WmParams{}};
   const Stamp now = from_utime(1'000'000'000);
-  const auto watched = [&](bool inertial, int badly_known) {
+  const auto watched = [&](bool inertial, int badly_known, Duration driven = from_seconds(60.0)) {
     FilterState s{initial_belief(model.params, now), {}};
     s.belief.x.inertial = inertial;
     s.belief.P.diagonal().segment<3>(kAttitude).setConstant(1e-6);
-    s.belief.P(kAttitude + badly_known, kAttitude + badly_known) = 4e-4;
+    s.belief.P(kAttitude + badly_known, kAttitude + badly_known) = 2.5e-4;
     s.memory.anchored = true;
+    s.memory.of(Source::kZeroVelocity).accepted = now - driven;
     s.memory.of(Source::kGpsPosition).accepted = now;
     Trust trust(model.params.trust);
     EXPECT_FALSE(trust.add(model, {now, OdometrySample{}}, nullptr, s).has_value());
     return trust.subfilter(Without::kGps).alive();
   };
   const double limit = model.params.trust.attitude_sigma_rad;
-  ASSERT_GT(4e-4, limit * limit);
-  for (const bool inertial : {true, false}) EXPECT_FALSE(watched(inertial, 2));
+  ASSERT_GT(2.5e-4, limit * limit);
+  for (const bool inertial : {true, false}) {
+    EXPECT_FALSE(watched(inertial, 2));
+    // At rest the heading does not improve: a vehicle whose protection level comes from an old
+    // sub-filter would stand for ever.
+    EXPECT_TRUE(watched(inertial, 2, from_milliseconds(500.0)));
+  }
   // A tilt error makes the INS diverge by gravity; a path by the LADAR alone is only rotated.
   for (const int tilt : {0, 1}) {
     EXPECT_FALSE(watched(true, tilt));
+    EXPECT_FALSE(watched(true, tilt, from_milliseconds(500.0)));
     EXPECT_TRUE(watched(false, tilt));
   }
 }

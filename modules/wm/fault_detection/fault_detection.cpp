@@ -147,12 +147,21 @@ bool Trust::has_position(const FilterState& belief) {
 }
 
 /// A sub-filter needs the heading, and with an INS roll and pitch: a tilt of a degree lets gravity
-/// move it by metres before the tilt is separated from a bias.
+/// move it by metres before the tilt is separated from a bias. The heading of a vehicle that stands
+/// does not improve, and with old sub-filters its protection level may not let it drive.
 bool Trust::knows_attitude(const FilterState& belief) const {
+  constexpr double kHeadingAtRest_rad = 0.02;
+  constexpr Duration kRest = from_seconds(1.0);  // since the last zero-velocity update
   if (!belief.memory.anchored) return true;
   const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
-  const double limit = params_.attitude_sigma_rad * params_.attitude_sigma_rad;
-  return (uses_forces(belief) ? variance.maxCoeff() : variance.z()) <= limit;
+  const auto known = [](double variance_rad2, double limit_rad) {
+    return variance_rad2 <= limit_rad * limit_rad;
+  };
+  const double limit = params_.attitude_sigma_rad;
+  const Stamp rest = belief.memory.of(Source::kZeroVelocity).accepted;
+  const bool stands = rest != Stamp::min() && belief.belief.x.stamp - rest < kRest;
+  return known(variance.z(), stands ? std::max(limit, kHeadingAtRest_rad) : limit) &&
+         (!uses_forces(belief) || known(variance.head<2>().maxCoeff(), limit));
 }
 
 void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
