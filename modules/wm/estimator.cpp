@@ -84,7 +84,7 @@ Reason Estimator::add_inertial(ImuSample imu) {
     const Stamp begin = imu.stamp - imu.interval;
     if (begin - newest_imu_ > kBlind && begin - newest_imu_ <= params_.history.jump) {
       fuse();
-      if (begin - history_.head().belief.x.stamp > kBlind) begin_anew(begin);
+      if (begin - history_.head().belief.x.stamp > kBlind) begin_after_silence(begin);
     }
     newest_imu_ = std::max(newest_imu_, imu.stamp);
     return add(Measurement{imu.stamp, imu});
@@ -172,6 +172,10 @@ Reason Estimator::add(const Measurement& m) {
     out_of_range_ = 0;
     return reason;
   }
+  // What was measured during a silence of this process may still wait in its queues.
+  if (reason == Reason::kLate && silence_began_ < m.stamp && m.stamp < silence_ended_) {
+    return reason;
+  }
   if (out_of_range_ == 0) first_out_of_range_ = m.stamp;
   if (++out_of_range_ < params_.history.clock_step_count) return reason;
   step_clock(m.stamp);
@@ -233,8 +237,10 @@ void Estimator::step_clock(Stamp to) {
 }
 
 /// All inputs were silent until `to`, for too long to predict any motion.
-void Estimator::begin_anew(Stamp to) {
+void Estimator::begin_after_silence(Stamp to) {
   FilterState state = history_.head();
+  silence_began_ = state.belief.x.stamp;
+  silence_ended_ = to;
   if (state.belief.x.map_epoch >= 0) before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
   forget_place(&state);
   state.belief.x.stamp = to;

@@ -95,7 +95,7 @@ class Estimator {
   void find_place();
   void step_clock(Stamp to);
   void move_clock(Duration step);
-  void begin_anew(Stamp to);
+  void begin_after_silence(Stamp to);
   void place_in_rolling_map(Stamp stamp, const RollingMatch& match);
   void restart(const FilterState& state);
   void forget_place(FilterState* state) const;
@@ -135,6 +135,8 @@ class Estimator {
     std::int64_t registrations = 0;  ///< that SP has published since it began
   };
   std::optional<BeforeSilence> before_silence_;
+  Stamp silence_began_ = Stamp::min();  ///< newest silence of all inputs
+  Stamp silence_ended_ = Stamp::min();
 };
 
 }  // namespace rcs::wm

@@ -83,6 +83,21 @@ void level_if_uncertain(const Model& model, FilterState* s) {
   s->belief = update(s->belief, z, kNoGate).belief;
 }
 
+/// Frame local is level, as frame world is. After a silence the attitude of both may be wrong by
+/// degrees; where gravity then corrects that in frame world, the local pose must not keep it: it
+/// would tilt all terrain that is seen from now on against what was seen before.
+void keep_local_level(FilterState* s) {
+  constexpr double kTilted_rad = 0.0175;
+  constexpr double kKnown_rad = 0.01;
+  const NavState& x = s->belief.x;
+  Quat& q_local = s->memory.T_local_vehicle.q;
+  const Vec3 up = q_local * (x.T_world_vehicle.q.conjugate() * Vec3::UnitZ());
+  if (up.head<2>().norm() < kTilted_rad || !uses_forces(*s)) return;
+  const double variance = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
+  if (variance > kKnown_rad * kKnown_rad) return;
+  q_local = (Quat::FromTwoVectors(up, Vec3::UnitZ()) * q_local).normalized();
+}
+
 }  // namespace
 
 void RejectedMatches::add(Stamp now, const Vec3& displacement_m) {
@@ -193,6 +208,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
     m.level_due = false;
     level_if_uncertain(model, s);
   }
+  keep_local_level(s);
   SourceRecord& record = m.of(Source::kZeroVelocity);
   const bool due = record.accepted == Stamp::min() ||
                    imu.stamp - record.accepted >= model.params.stillness.period;
