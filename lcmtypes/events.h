@@ -132,7 +132,8 @@ struct Info {
     "The pose in frame world stepped by more than [wm.modes] reset_m or reset_rad. Frame local "   \
     "does not step.",                                                                              \
     "GPS or the a priori map corrected an error that had accumulated, or fault detection "         \
-    "replaced the belief. The first fix after the start causes it, too.",                          \
+    "replaced the belief. Severity info: the pose in frame world begins, which is normal after "   \
+    "the start.",                                                                                  \
     "None if the step follows an outage. Otherwise compare GPS with the a priori map "             \
     "(`rcs why LOG TIME`).")                                                                       \
   X(kWmClockStep, "wm", "clock.step", kWarning, kOne,                                              \
@@ -184,9 +185,9 @@ struct Info {
     "The clock of the INS stepped against those of the other sensors. WM shifts its stamps.",      \
     "The INS was restarted or has synchronized its clock.",                                        \
     "Synchronize the sensors before the drive.")                                                   \
-  X(kWmFde, "wm", "fde", kWarning, kOne,                                                           \
-    "Fault detection excluded or readmitted a source. The text has the source, the reason, the "   \
-    "test ratio (statistic over its limit) and the step of the belief.",                           \
+  X(kWmFde, "wm", "fde", kWarning, kTen,                                                           \
+    "Fault detection excluded or (severity info) readmitted a source. The text has the source, "   \
+    "the reason, the test ratio (statistic over its limit) and the step of the belief.",           \
     "Exclusion: the source contradicts the filter that does not use it: GPS multipath, spoofing "  \
     "or a wrong datum; a LADAR that is obstructed or moved; wheels that slip or a wrong scale; a " \
     "survey that is wrong here.",                                                                  \
@@ -201,12 +202,17 @@ struct Info {
     "The matches to the tile of the a priori map under the vehicle are fused again.",              \
     "The low-passed NIS has fallen below its lower limit, or the vehicle is on another tile.",     \
     "None.")                                                                                       \
-  X(kWmAlert, "wm", "alert", kWarning, kOne,                                                       \
-    "The set of alerts of WM_INTEGRITY changed. \"none\": the last alert has ended.",              \
-    "A protection level exceeds its alert limit, a source is excluded or silent, or no input is "  \
-    "received.",                                                                                   \
-    "Horizontal or vertical: restore GPS or drive on mapped terrain with relief. The limits are "  \
-    "[wm.integrity] limit_horizontal_m and limit_vertical_m.")                                     \
+  X(kWmAlert, "wm", "alert", kWarning, kTen,                                                       \
+    "The set of alerts of WM_INTEGRITY changed. The text has all alerts with their reasons. "      \
+    "Severity info: all alerts have ended.",                                                       \
+    "Horizontal, vertical: a protection level exceeds its limit, or the position in frame world "  \
+    "is invalid. INS, GPS, LADAR, odometry: the source is excluded, suspect (its test ratio is "   \
+    "above 1), or its measurements were rejected at least three times in a row. Input: no sensor " \
+    "is received.",                                                                                \
+    "Horizontal, vertical: restore GPS or drive on mapped terrain with relief; the limits are "    \
+    "[wm.integrity] limit_horizontal_m and limit_vertical_m. A source: see `fde` and "             \
+    "`rcs why LOG TIME`, then check the sensor; none if the alert ends by itself. Input: see "     \
+    "`input.none`.")                                                                               \
   X(kBgInputRejected, "bg", "input.rejected", kWarning, kOne,                                      \
     "A message of WM was rejected. BG uses the last valid message until it is too old.",           \
     "A pose, a velocity, a protection level or the size of a terrain patch is invalid.",           \

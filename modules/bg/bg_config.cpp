@@ -112,9 +112,10 @@ void read(ParamTable table, SightParams* p) {
             "Distance of the LADAR before the origin of the vehicle frame.");
   table.get(
       "far_m", &p->far_m, {0, 40},
-      "Distance up to which unseen ground counts as hidden: the rows of the LADAR must meet the "
-      "ground closer than a cell of the terrain up to here. Larger: drops are noticed earlier, "
-      "crests are refused earlier. 0: no ground counts as hidden, and drops are not noticed.");
+      "Distance up to which unseen ground counts as hidden: up to here the rows of the LADAR must "
+      "meet level ground closer than about a cell of the terrain (0.4 m). Larger: drops are "
+      "noticed earlier, crests are refused earlier. 0: no ground counts as hidden, and drops are "
+      "not noticed.");
   table.get_deg("half_angle_deg", &p->half_angle_rad, {1, 180},
                 "Angle to either side within which the LADAR sees the ground.");
 }

@@ -16,24 +16,24 @@ constexpr int kMaxCells = 1024 * 1024;
 /// Why the content of a GOTO cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {
   if (m.frame != command_t::FRAME_WORLD && m.frame != command_t::FRAME_LOCAL) {
-    return "cannot do because the frame of the waypoints is unknown";
+    return "command rejected: the frame of the waypoints is unknown";
   }
   if (m.n < 1 || m.n > Route::kMaxWaypoints) {
-    return "cannot do because the number of waypoints is not 1 to 64";
+    return "command rejected: the number of waypoints is not 1 to 64";
   }
   if (m.waypoints_done < 0 || m.waypoints_done > m.n) {
-    return "cannot do because waypoints_done is not 0 to the number of waypoints";
+    return "command rejected: waypoints_done is not 0 to the number of waypoints";
   }
   for (const waypoint_t& w : m.waypoint) {
     const Vec3 p = from_message(w.p_m);
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
-      return "cannot do because a waypoint is not finite or is beyond 1000 km";
+      return "command rejected: a waypoint is not finite or is beyond 1000 km";
     }
     if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
-      return "cannot do because the radius of a waypoint is not 0.5 to 50 m";
+      return "command rejected: the radius of a waypoint is not 0.5 to 50 m";
     }
     if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
-      return "cannot do because the speed of a waypoint is not above 0 and up to 30 m/s";
+      return "command rejected: the speed of a waypoint is not above 0 and up to 30 m/s";
     }
   }
   return "";

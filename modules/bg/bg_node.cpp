@@ -280,7 +280,7 @@ Facts BgNode::facts(Stamp now) const {
     f.command_is_new = subordinate_.is_new();
     f.command_is_valid = subordinate_.valid(now);
     f.cannot = other_world_
-                   ? "cannot do because WM has begun another frame world with another datum"
+                   ? "command rejected: WM has begun another frame world with another datum"
                    : cannot_;
   }
   f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;

@@ -26,15 +26,15 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   if (emergency && f.command == CommandKind::kEmergencyStop) {
     return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
   }
+  // Of an outdated or invalid pose no speed is known.
   if (emergency && releases && !speed_known) {
-    return row(
-        __LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
-        "cannot release the emergency stop because the world model is silent or has no valid "
-        "pose: rest is not confirmed");
+    return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
+               "release rejected: the world model is silent or has no valid pose, so rest is not "
+               "confirmed");
   }
   if (emergency) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
-               "cannot do because an emergency stop is latched: release it at rest first");
+               "command rejected: an emergency stop is latched; release it at rest first");
   }
 
   // -- no command to drive ------------------------------------------------------------------------
@@ -49,14 +49,14 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (f.command == CommandKind::kUnknown || !f.cannot.empty()) {
     return row(__LINE__, Action::kStop, Status::kError, "REJECTED",
-               f.cannot.empty() ? "cannot do because this kind of command is unknown" : f.cannot);
+               f.cannot.empty() ? "command rejected: its kind is unknown" : f.cannot);
   }
   if (f.arrived) {
     return row(__LINE__, Action::kStop, when_at_rest, "ARRIVED", "");
   }
   if (!f.command_is_valid) {
     return row(__LINE__, Action::kStop, Status::kError, "COMMAND_EXPIRED",
-               "stopped because the command has expired and no new one was received");
+               "command expired: no new one was received");
   }
 
   // -- contingencies: loss of an input, and the least risk that remains ---------------------------
@@ -119,7 +119,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   // -- the path -----------------------------------------------------------------------------------
   if (!f.has_way && f.without_way > p.patience) {
     return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",
-               "cannot do because no path to the waypoint was found");
+               "no path to the waypoint was found");
   }
   if (!f.has_way) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "searching for a path");

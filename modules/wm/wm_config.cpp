@@ -339,7 +339,8 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("edge_range_m", &p.edge_range_m, {0, 40},
             "Range up to which ground that an edge hides from the LADAR, in a ditch or below a "
             "drop, is found and is an obstacle until it is seen. Its rows must meet level ground "
-            "there closer than about twice a cell. 0: off.");
+            "there closer than about 0.6 m; with sparser rows edges are assumed on rugged ground. "
+            "0: off, and ditches are not noticed.");
   table.get("edge_deficit_m", &p.edge.deficit_m, {0.02, 2},
             "Ground behind unseen ground is behind an edge if it is lower by more than this than "
             "the extrapolated ground before it. Smaller: ditches are found earlier, and more "

@@ -1,5 +1,10 @@
 // The events of WM: what changed since the last cycle.
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <optional>
 #include <string_view>
 
@@ -29,6 +34,47 @@ constexpr std::string_view kFindings[] = {
     "odometry excluded: two sources that agree contradict it; the belief continues without it",
     "odometry readmitted: its speed agrees with the belief"};
 
+constexpr char kFdeText[] = "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m";
+
+/// The end of an exclusion. Fixes that replace the belief reveal a fault of the filter.
+bool readmits(Finding finding) {
+  return finding == Finding::kGpsReadmitted || finding == Finding::kLadarReadmitted ||
+         finding == Finding::kInsReadmitted || finding == Finding::kOdometryReadmitted;
+}
+
+/// The text of `alert`: what each alert means, "; " between two. It allocates only beyond 500
+/// characters.
+class AlertText {
+ public:
+  template <class... Args>
+  void add(fmt::format_string<Args...> text, const Args&... args) {
+    if (text_.size() > 0) text_.append(std::string_view("; "));
+    fmt::format_to(std::back_inserter(text_), text, args...);
+  }
+  void add_level(std::string_view axis, double level_m, double limit_m) {
+    if (std::isfinite(level_m)) {
+      add("{} alert: protection level {:.2f} m > {:.2f} m", axis, level_m, limit_m);
+    } else {
+      add("{} alert: position in frame world invalid", axis);
+    }
+  }
+  /// @param rejected  measurements in a row
+  void add_source(std::string_view source, bool is_excluded, double test_ratio, int rejected,
+                  std::string_view measurements) {
+    if (is_excluded) {
+      add("{} alert: excluded, not fused", source);
+    } else if (test_ratio > 1.0) {
+      add("{} alert: suspect, test ratio {:.2f} > 1", source, test_ratio);
+    } else {
+      add("{} alert: {} {} rejected in a row", source, rejected, measurements);
+    }
+  }
+  [[nodiscard]] std::string_view text() const { return {text_.data(), text_.size()}; }
+
+ private:
+  fmt::memory_buffer text_;
+};
+
 }  // namespace
 
 void WmNode::report_events(Stamp now) {
@@ -44,13 +90,12 @@ void WmNode::report_events(Stamp now) {
     const double step_m = s.memory.last_reset_m;
     const double step_deg = degrees(s.memory.last_reset_rad);
     if (reported_resets_ == 0) {
-      report_.publish(now, event::kWmWorldReset,
-                      "first world pose, {:.2f} m and {:.2f} deg from frame local: reset counted",
-                      step_m, step_deg);
+      report_.publish_end(now, event::kWmWorldReset,
+                          "frame world initialized: {:.2f} m and {:.2f} deg from frame local",
+                          step_m, step_deg);
     } else {
       report_.publish(now, event::kWmWorldReset,
-                      "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.1f} deg): "
-                      "reset counted",
+                      "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.1f} deg)",
                       step_m, step_deg, config_.params.modes.reset_m,
                       degrees(config_.params.modes.reset_rad));
     }
@@ -157,10 +202,15 @@ void WmNode::report_trust(Stamp now) {
   if (trust.findings() != reported_findings_) {
     const Finding finding = trust.newest_finding();
     const bool in_part = finding == Finding::kInsFaulty && estimator_.state().memory.withheld.force;
-    report_.publish(
-        now, event::kWmFde, "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m",
-        kFindings[static_cast<std::size_t>(finding)], in_part ? ", only its rotation is used" : "",
-        trust.finding_ratio(), trust.finding_moved_m());
+    const std::string_view part = in_part ? ", only its rotation is used" : "";
+    const std::string_view text = kFindings[static_cast<std::size_t>(finding)];
+    if (readmits(finding)) {
+      report_.publish_end(now, event::kWmFde, kFdeText, text, part, trust.finding_ratio(),
+                          trust.finding_moved_m());
+    } else {
+      report_.publish(now, event::kWmFde, kFdeText, text, part, trust.finding_ratio(),
+                      trust.finding_moved_m());
+    }
     reported_findings_ = trust.findings();
   }
   const TileTrust& tile = estimator_.state().memory.newest_tile;
@@ -180,23 +230,43 @@ void WmNode::report_trust(Stamp now) {
     }
     reported_map_doubted_ = tile.doubted;
   }
-  if (integrity_.alerts != reported_alerts_) {
-    report_.publish(
-        now, event::kWmAlert,
-        "alerts{}{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
-        "m (limit {:.1f} m)",
-        integrity_.alerts == 0 ? " none" : "",
-        (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
-        (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
-        (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
-        (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
-        (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
-        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "",
-        (integrity_.alerts & kAlertOdometry) != 0 ? " odometry" : "",
-        integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
-        integrity_.protection_vertical_m, integrity_.limit_vertical_m);
-    reported_alerts_ = integrity_.alerts;
+  report_alerts(now);
+}
+
+void WmNode::report_alerts(Stamp now) {
+  if (integrity_.alerts == reported_alerts_) return;
+  reported_alerts_ = integrity_.alerts;
+  if (integrity_.alerts == 0) {
+    report_.publish_end(now, event::kWmAlert, "alerts ended");
+    return;
   }
+  const auto raised = [&](Alert alert) { return (integrity_.alerts & alert) != 0; };
+  const FilterState& s = estimator_.state();
+  const Trust& trust = estimator_.trust();
+  const ModeParams& modes = config_.params.modes;
+  AlertText text;
+  if (raised(kAlertHorizontal)) {
+    text.add_level("horizontal", integrity_.protection_horizontal_m, integrity_.limit_horizontal_m);
+  }
+  if (raised(kAlertVertical)) {
+    text.add_level("vertical", integrity_.protection_vertical_m, integrity_.limit_vertical_m);
+  }
+  if (raised(kAlertInput)) text.add("input alert: no sensor is received");
+  if (raised(kAlertIns)) {
+    text.add_source("INS", excluded(trust.ins(s)), trust.ins_test_ratio(), 0, "increments");
+  }
+  if (raised(kAlertGps)) {
+    const int fixes = s.memory.of(Source::kGpsPosition).refused;
+    const int heights = s.memory.heights_refused;
+    text.add_source("GPS", excluded(trust.gps(s, modes)), trust.gps_test_ratio(),
+                    std::max(fixes, heights), fixes < heights ? "heights of fixes" : "fixes");
+  }
+  if (raised(kAlertLadar)) {
+    text.add_source("LADAR", excluded(trust.ladar(s, modes)), trust.ladar_test_ratio(),
+                    s.memory.of(Source::kRolling).refused, "matches");
+  }
+  if (raised(kAlertOdometry)) text.add("odometry alert: excluded, not fused");
+  report_.publish(now, event::kWmAlert, "{}", text.text());
 }
 
 }  // namespace rcs::wm

@@ -71,6 +71,7 @@ class WmNode final : public Node {
   void fill_ages(const FilterState& state, Stamp now);
   void report_events(Stamp now);
   void report_trust(Stamp now);
+  void report_alerts(Stamp now);
   void report_inputs(Stamp now);
   void report_alignment(Stamp now);
 

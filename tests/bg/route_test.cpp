@@ -77,7 +77,7 @@ TEST(Route, AnInvalidCommandIsRejectedAndClearsTheRoute) {
   const auto refused = [](const command_t& m) {
     Route route;
     (void)route.take(order(3, 1));
-    const bool reason = route.take(m).substr(0, 17) == "cannot do because";
+    const bool reason = route.take(m).substr(0, 17) == "command rejected:";
     EXPECT_TRUE(route.arrived());
     EXPECT_EQ(route.size(), 0);
     return reason;

@@ -38,7 +38,7 @@ class BgStop : public testing::Test {
       ASSERT_EQ(life_->status.state, "EMERGENCY_STOP") << when << ", cycle " << k;
     }
     EXPECT_EQ(life_->status.status, +status_t::STATUS_ERROR);
-    EXPECT_NE(life_->status.reason.find("emergency stop is latched: release it at rest first"),
+    EXPECT_NE(life_->status.reason.find("emergency stop is latched; release it at rest first"),
               std::string::npos)
         << life_->status.reason;
   }

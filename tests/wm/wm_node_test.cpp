@@ -1,12 +1,14 @@
 // The shell: messages in, messages out, hostile input, configuration.
 #include "modules/wm/wm_node.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
@@ -178,6 +180,56 @@ TEST_F(WmNodeTest, WhatTheAlignmentLacksIsReportedWithinTenSeconds) {
   EXPECT_TRUE(reported("heading unknown; drive 5 m with turns"));
   stand(20.0, 40.0, true);
   EXPECT_FALSE(reported("")) << "reported once";
+}
+
+TEST_F(WmNodeTest, TheEndOfAShortAlertIsPublished) {
+  Inbox<event_t> events(&bus_, channel::kWmEvent, 64);
+  const Duration pause = from_milliseconds(500.0);
+  Duration paused = Duration::zero();
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    const Stamp now = truth_[i].stamp + paused;
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 20 == 0) send(&gps_out_, message(truth_[i].stamp, sensors_.gps(i)));
+    cycle(now);
+    if (i != truth_.size() / 2) continue;
+    for (paused = Duration::zero(); paused < pause; paused += from_milliseconds(20.0)) {
+      cycle(now + paused);
+    }
+  }
+  std::vector<event_t> alerts;
+  for (; !events.empty(); events.pop()) {
+    if (events.front()->code == "alert") alerts.push_back(*events.front());
+    if (events.front()->code != "world.reset") continue;
+    EXPECT_EQ(events.front()->severity, int{event_t::SEVERITY_INFO});
+    EXPECT_EQ(events.front()->text.find("frame world initialized: "), 0U) << events.front()->text;
+  }
+  ASSERT_EQ(alerts.size(), 2U);
+  EXPECT_EQ(alerts[0].severity, int{event_t::SEVERITY_WARNING});
+  EXPECT_EQ(alerts[0].text, "input alert: no sensor is received");
+  EXPECT_EQ(alerts[1].severity, int{event_t::SEVERITY_INFO});
+  EXPECT_EQ(alerts[1].text, "alerts ended");
+  EXPECT_LT(alerts[1].utime - alerts[0].utime, to_utime(Stamp() + pause));
+}
+
+class WmNodeWithLimits : public WmNodeTest {
+ protected:
+  WmNodeWithLimits() : WmNodeTest(config()) {}
+  static WmConfig config() {
+    WmConfig c;
+    c.params.integrity.limit_horizontal_m = 0.1;
+    return c;
+  }
+};
+
+TEST_F(WmNodeWithLimits, AnAlertStatesTheLevelAndItsLimit) {
+  Inbox<event_t> events(&bus_, channel::kWmEvent, 64);
+  drive();
+  std::string first;
+  for (; !events.empty(); events.pop()) {
+    if (events.front()->code == "alert" && first.empty()) first = events.front()->text;
+  }
+  EXPECT_THAT(first, testing::MatchesRegex(
+                         "horizontal alert: protection level [0-9]+.[0-9][0-9] m > 0.10 m"));
 }
 
 TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The vehicle of synthetic_vehicle.cpp without its LADAR: publishes INS, GPS_FIX and ODOMETRY, and prints
-the poses that WM publishes. Python's standard library is all that it needs: messages of this project fit
-into one datagram, which LCM sends as 8 bytes of header, the channel's name, a zero byte and the message.
+the poses that WM publishes. Python's standard library is all that it needs: these messages fit into one
+datagram, which LCM sends as 8 bytes of header, the channel's name, a zero byte and the message.
     lcm-gen --python --ppath out/lcm_python lcmtypes/*.lcm
     PYTHONPATH=out/lcm_python python3 docs/user/examples/synthetic_vehicle.py [SECONDS]
 """

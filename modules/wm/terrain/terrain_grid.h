@@ -41,7 +41,7 @@ struct TerrainParams {
   /// errors of position and attitude there assign ground to the cells of a rock. 0: they do not.
   double accurate_m = 12.0;
   /// Ground that an edge hides is looked for up to here; 0: not at all. The rows of the LADAR must
-  /// meet level ground closer than about twice a cell.
+  /// meet level ground closer than about 0.6 m.
   double edge_range_m = 0.0;
   HiddenGapParams edge;
   /// What stands up to this height and lets most rays through gives way to the vehicle; 0: nothing

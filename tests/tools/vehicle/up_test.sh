@@ -112,7 +112,7 @@ until_line "$dir/up.txt" "an emergency stop is latched (operator; $dir/state/rcs
 until_line "$dir/up.txt" '^\[bg\] bg: running'
 "$bin/rcs" go --waypoint 9,0 --patience 1 2>"$dir/go.txt"
 [ $? -eq 1 ] || fail "status of rcs go while a stop is latched"
-grep -q 'emergency stop is latched: release it at rest first' "$dir/go.txt" || fail "no reason for the rejected command"
+grep -q 'emergency stop is latched; release it at rest first' "$dir/go.txt" || fail "no reason for the rejected command"
 "$bin/rcs" top --once >"$dir/top.txt" 2>&1 || fail "rcs top --once"
 grep -q EMERGENCY_STOP "$dir/top.txt" || fail "rcs top does not show the latched stop"
 # Without sensors it is not known that the vehicle is at rest.
