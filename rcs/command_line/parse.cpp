@@ -82,9 +82,15 @@ std::string chosen_name(const CLI::App& app) {
 std::optional<Ending> parse(CLI::App* app, int argc, const char* const* argv,
                             const FolderAdvice& advice) {
   complete(app, version_text(app->get_name()), std::make_shared<HelpFormat>());
+  const auto wrong_usage = [app](const std::string& error) {
+    const std::string name = chosen_name(*app);
+    return Ending{kExitUsage, fmt::format("{}: {}; see `{} --help`\n", name, error, name)};
+  };
+  const std::string missing = missing_value(*app, argc, argv);
   try {
     app->parse(argc, argv);
-    check_numbers(*app);
+    if (!missing.empty()) return wrong_usage(missing);
+    check_values(*app);
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
     const bool requested = e.get_exit_code() == 0;
@@ -95,11 +101,11 @@ std::optional<Ending> parse(CLI::App* app, int argc, const char* const* argv,
       return Ending{kExitUsage, fmt::format("{}: {} (see `{} --help`)\n", name, unknown, name)};
     }
     if (requested) return Ending{kExitOk, requested_text(*app, e)};
+    if (!missing.empty()) return wrong_usage(missing);
     if (names_missing_input(e)) {
       return Ending{kExitInput, fmt::format("{}: {}\n", name, missing_text(e, advice))};
     }
-    return Ending{kExitUsage,
-                  fmt::format("{}: {}; see `{} --help`\n", name, usage_error(*app, e), name)};
+    return wrong_usage(usage_error(*app, e));
   }
 }
 
