@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <cctype>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "rcs/base/exit_status.h"
@@ -56,6 +58,11 @@ std::string missing_text(const CLI::ParseError& error, const FolderAdvice& advic
   std::string reason = text.substr(problem + 2, path - problem - 2);
   reason[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(reason[0])));
   const std::string file = text.substr(path + 2);
+  std::error_code problem_of_file;
+  // CLI11 reports every error of the system as a missing file, e.g. that of a closed folder.
+  if (std::filesystem::status(file, problem_of_file).type() == std::filesystem::file_type::none) {
+    reason = problem_of_file.message();
+  }
   const bool folder = reason == "file is actually a directory";
   const std::string instead = folder && advice ? advice(file) : "";
   return file + ": " + (instead.empty() ? reason : instead);

@@ -166,6 +166,8 @@ TEST_F(Node, AMissingFileIsAnInput) {
   EXPECT_EQ(ended->status, kExitInput);
   EXPECT_EQ(ended->text, "wm: /nonexistent.toml: file does not exist\n");
   EXPECT_EQ(parsed({"/"})->text, "wm: /: file is actually a directory\n");
+  const std::string name(300, 'x');  // the system rejects it, as it does a file in a closed folder
+  EXPECT_EQ(parsed({name.c_str()})->text, "wm: " + name + ": File name too long\n");
   const auto advice = [](const std::string& folder) { return folder + " is not one"; };
   EXPECT_EQ(parsed({"/"}, advice)->text, "wm: /: / is not one\n");
 }
