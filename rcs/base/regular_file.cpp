@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "rcs/base/input_files.h"
+
 namespace rcs {
 
 Outcome check_regular_file(const std::string& path) {
@@ -13,6 +15,7 @@ Outcome check_regular_file(const std::string& path) {
     return Error{path + ": cannot open: " + error.message()};
   }
   if (status.type() != fs::file_type::regular) return Error{path + ": is not a regular file"};
+  report_input(path);
   return Done{};
 }
 

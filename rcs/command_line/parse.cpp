@@ -5,9 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <cctype>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "rcs/base/exit_status.h"
@@ -56,6 +58,11 @@ std::string missing_text(const CLI::ParseError& error, const FolderAdvice& advic
   std::string reason = text.substr(problem + 2, path - problem - 2);
   reason[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(reason[0])));
   const std::string file = text.substr(path + 2);
+  std::error_code problem_of_file;
+  // CLI11 reports every error of the system as a missing file, e.g. that of a closed folder.
+  if (std::filesystem::status(file, problem_of_file).type() == std::filesystem::file_type::none) {
+    reason = problem_of_file.message();
+  }
   const bool folder = reason == "file is actually a directory";
   const std::string instead = folder && advice ? advice(file) : "";
   return file + ": " + (instead.empty() ? reason : instead);
@@ -82,9 +89,15 @@ std::string chosen_name(const CLI::App& app) {
 std::optional<Ending> parse(CLI::App* app, int argc, const char* const* argv,
                             const FolderAdvice& advice) {
   complete(app, version_text(app->get_name()), std::make_shared<HelpFormat>());
+  const auto wrong_usage = [app](const std::string& error) {
+    const std::string name = chosen_name(*app);
+    return Ending{kExitUsage, fmt::format("{}: {}; see `{} --help`\n", name, error, name)};
+  };
+  const std::string missing = missing_value(*app, argc, argv);
   try {
     app->parse(argc, argv);
-    check_numbers(*app);
+    if (!missing.empty()) return wrong_usage(missing);
+    check_values(*app);
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
     const bool requested = e.get_exit_code() == 0;
@@ -95,11 +108,11 @@ std::optional<Ending> parse(CLI::App* app, int argc, const char* const* argv,
       return Ending{kExitUsage, fmt::format("{}: {} (see `{} --help`)\n", name, unknown, name)};
     }
     if (requested) return Ending{kExitOk, requested_text(*app, e)};
+    if (!missing.empty()) return wrong_usage(missing);
     if (names_missing_input(e)) {
       return Ending{kExitInput, fmt::format("{}: {}\n", name, missing_text(e, advice))};
     }
-    return Ending{kExitUsage,
-                  fmt::format("{}: {}; see `{} --help`\n", name, usage_error(*app, e), name)};
+    return wrong_usage(usage_error(*app, e));
   }
 }
 

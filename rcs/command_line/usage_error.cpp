@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "rcs/base/text.h"
@@ -116,6 +119,58 @@ std::string rejected_value(const CLI::App& command, const std::string& message) 
   return message;
 }
 
+std::string required_value(const CLI::App& command, const std::string& name) {
+  return fmt::format("{}: a value is required ({})", name, expected_type(command, name));
+}
+
+/// Null: the command has no option of this name, or it is a flag.
+const CLI::Option* option_with_value(const CLI::App& command, const std::string& name) {
+  for (const CLI::Option* option : command.get_options()) {
+    const bool named =
+        (name.rfind("--", 0) == 0 && contains(option->get_lnames(), name.substr(2))) ||
+        (name.size() == 2 && contains(option->get_snames(), name.substr(1)));
+    if (named) return option->get_items_expected_min() > 0 ? option : nullptr;
+  }
+  return nullptr;
+}
+
+void check_finite(const CLI::Option& option, const std::string& text) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end != text.c_str() && *end == '\0' && !std::isfinite(number)) {
+    throw CLI::ValidationError(option.get_name(), text + " is not a finite number");
+  }
+}
+
+template <typename Integer>
+std::errc parsed_as(std::string_view text) {
+  Integer number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end != text.data() + text.size() ? std::errc::invalid_argument
+                                                                  : error;
+}
+
+/// CLI11 reads a leading zero as the sign of an octal number, and limits or wraps a number out of
+/// the range of its type.
+void check_integer(const CLI::App& command, const CLI::Option& option, const std::string& text) {
+  const bool is_unsigned = option.get_type_name().rfind("UINT", 0) == 0;
+  std::string_view digits = text;
+  if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
+  const std::size_t first = digits.find_first_not_of('-');
+  const bool octal =
+      first != std::string_view::npos && digits[first] == '0' && first + 1 < digits.size();
+  const std::errc error = octal         ? std::errc::invalid_argument
+                          : is_unsigned ? parsed_as<std::uint64_t>(digits)
+                                        : parsed_as<std::int64_t>(digits);
+  if (error == std::errc()) return;
+  const bool too_large = error == std::errc::result_out_of_range;
+  throw CLI::ValidationError(
+      option.get_name(), too_large
+                             ? text + " is not in the range of an integer of 64 bits"
+                             : fmt::format("expected {}, in decimal without leading zeros, not {}",
+                                           expected_type(command, option.get_name()), text));
+}
+
 std::string missing_command(const CLI::App& command) {
   std::string names;
   for (const CLI::App* below : commands_of(command)) {
@@ -168,8 +223,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
     return fmt::format("{}: expected {}, not {}", name, expected_type(command, name), (*found)[1]);
   }
   if (const auto found = match(message, "*: * required * missing")) {
-    return fmt::format("{}: a value is required ({})", (*found)[0],
-                       expected_type(command, (*found)[0]));
+    return required_value(command, (*found)[0]);
   }
   if (const auto found = match(message, "*: At least * required but received *")) {
     return fmt::format("{}: at least {} are required", (*found)[0], (*found)[1]);
@@ -183,20 +237,41 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   return status == CLI::ExitCodes::ValidationError ? rejected_value(command, message) : message;
 }
 
-void check_numbers(const CLI::App& app) {
-  for (const CLI::Option* option : app.get_options()) {
-    const std::string value = option_text(*option).value;
-    const bool tuple = value.find(',') != std::string::npos;
-    if (value != "NUMBER" && value != "INTEGER" && !tuple) continue;
-    for (const std::string& text : option->results()) {
-      char* end = nullptr;
-      const double number = std::strtod(text.c_str(), &end);
-      if (end != text.c_str() && *end == '\0' && !std::isfinite(number)) {
-        throw CLI::ValidationError(option->get_name(), text + " is not a finite number");
+std::string missing_value(const CLI::App& app, int argc, const char* const* argv) {
+  const CLI::App* command = &app;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--") break;  // what follows is positional
+    if (!is_option(word)) {
+      for (const CLI::App* below : commands_of(*command)) {
+        if (below->get_name() == word) command = below;
       }
+      continue;
+    }
+    const std::size_t equals = word.find('=');
+    const CLI::Option* option = option_with_value(*command, word.substr(0, equals));
+    if (option == nullptr) continue;                          // a flag, unknown, or "-oFILE"
+    if (equals == std::string::npos && i + 1 == argc) break;  // CLI11 reports it
+    const std::string value = equals == std::string::npos ? argv[++i] : word.substr(equals + 1);
+    if (value.empty() || (equals == std::string::npos && is_option(value))) {
+      return required_value(*command, option->get_name());
     }
   }
-  for (const CLI::App* chosen : app.get_subcommands()) check_numbers(*chosen);
+  return "";
+}
+
+void check_values(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string value = option_text(*option).value;
+    if (value.empty()) continue;  // a flag
+    const bool tuple = value.find(',') != std::string::npos;
+    for (const std::string& text : option->results()) {
+      if (text.empty()) throw CLI::ValidationError(required_value(app, option->get_name()));
+      if (value == "NUMBER" || value == "INTEGER" || tuple) check_finite(*option, text);
+      if (value == "INTEGER") check_integer(app, *option, text);
+    }
+  }
+  for (const CLI::App* chosen : app.get_subcommands()) check_values(*chosen);
 }
 
 }  // namespace rcs::command_line

@@ -89,12 +89,14 @@ std::string RunReport::text() const {
                    n.name, n.cycles, n.missed, n.overruns, milliseconds(n.worst_late),
                    milliseconds(n.worst_wall));
     if (n.cycles == 0) continue;  // messages that overwrite each other in its inboxes are no loss
+    if (!n.inputs.empty()) {
+      fmt::format_to(line, "  {:<20} {:>8} {:>8} {:>7} {:>8} {:>9} {:>8}\n", "input", "received",
+                     "dropped", "gaps", "repeated", "malformed", "rejected");
+    }
     for (const NodeReport::Input& i : n.inputs) {
-      fmt::format_to(line,
-                     "  {:<16} received {:>8}  dropped {:>6}  gaps {:>6}  repeated {:>6}  "
-                     "malformed {:>6}  rejected {:>6}\n",
-                     i.channel, i.account.received, i.account.dropped, i.account.gaps,
-                     i.account.repeated, i.account.malformed, i.account.rejected);
+      fmt::format_to(line, "  {:<20} {:>8} {:>8} {:>7} {:>8} {:>9} {:>8}\n", i.channel,
+                     i.account.received, i.account.dropped, i.account.gaps, i.account.repeated,
+                     i.account.malformed, i.account.rejected);
     }
   }
   return out;

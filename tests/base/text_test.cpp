@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <sstream>
+#include <string>
+
+#include "rcs/base/printable.h"
 
 namespace rcs {
 namespace {
@@ -28,6 +31,20 @@ TEST(Text, ASimilarWordIsSuggestedAndADifferentOneIsNot) {
   EXPECT_EQ(suggestion("x", {"y"}), "") << "another letter is no similarity";
   EXPECT_EQ(suggestion("gate", {}), "");
   EXPECT_EQ(most_similar("gate", {"rate_hz", "gates"}), "gates");
+}
+
+TEST(Text, ControlCharactersAreEscapedAndUtf8IsKept) {
+  EXPECT_EQ(printable("a\tb\n"), "a\tb\n");
+  EXPECT_EQ(printable("\x1b[31mred\r\x7f"), "\\u001b[31mred\\u000d\\u007f");
+  EXPECT_EQ(printable(std::string("\0", 1)), "\\u0000");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J"),
+            "\\u009b2J")
+      << "CSI as one character";
+  EXPECT_EQ(printable("Gr\xc3\xbc\xc3\x9f"
+                      "e \xc2\xb5 \xc2"),
+            "Gr\xc3\xbc\xc3\x9f"
+            "e \xc2\xb5 \xc2");
 }
 
 }  // namespace

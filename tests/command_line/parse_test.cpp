@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <CLI/CLI.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
 
 #include "rcs/base/exit_status.h"
 
@@ -23,6 +27,8 @@ class Node : public testing::Test {
     app_.add_option("--seeds", seeds_)->check(CLI::PositiveNumber);
     app_.add_option("--outage", outage_)->delimiter(',')->expected(2)->type_name("BEGIN,LENGTH");
     app_.add_option("-o,--out", out_)->type_name("FILE");
+    app_.add_option("--seed", seed_);
+    app_.add_option("--first", first_);
     CLI::Option* check = app_.add_flag("--check", check_);
     app_.add_flag("--json", json_)->needs(check);
   }
@@ -46,6 +52,8 @@ class Node : public testing::Test {
   std::string out_;
   double radius_ = 0.0;
   int seeds_ = 1;
+  std::optional<std::int64_t> seed_;
+  std::optional<std::size_t> first_;
   std::vector<double> outage_;
   bool check_ = false;
   bool json_ = false;
@@ -109,6 +117,48 @@ TEST_F(Node, ANumberIsFinite) {
   EXPECT_EQ(parsed({"nan", "-o", "inf"}), std::nullopt) << "names of files";
 }
 
+TEST_F(Node, AnIntegerIsDecimalAndFitsItsType) {
+  EXPECT_EQ(parsed({"a", "--seed", "-9223372036854775808"}), std::nullopt);
+  EXPECT_EQ(*seed_, std::numeric_limits<std::int64_t>::min());
+  EXPECT_EQ(parsed({"a", "--first", "18446744073709551615"}), std::nullopt);
+  EXPECT_EQ(*first_, std::numeric_limits<std::size_t>::max());
+  EXPECT_EQ(parsed({"a", "--seed", "+8", "--first", "0"}), std::nullopt);
+  EXPECT_EQ(*seed_, 8);
+  EXPECT_EQ(error({"a", "--seed", "99999999999999999999"}),
+            "wm: --seed: 99999999999999999999 is not in the range of an integer of 64 bits");
+  EXPECT_EQ(error({"a", "--seed", "-9223372036854775809"}),
+            "wm: --seed: -9223372036854775809 is not in the range of an integer of 64 bits");
+  EXPECT_EQ(error({"a", "--first", "18446744073709551616"}),
+            "wm: --first: 18446744073709551616 is not in the range of an integer of 64 bits");
+  EXPECT_THAT(error({"a", "--seed", "010"}),
+              HasSubstr("in decimal without leading zeros, not 010"));
+  EXPECT_THAT(error({"a", "--seed", "-010"}), HasSubstr("not -010"));
+  EXPECT_THAT(error({"a", "--seed", "0x10"}), HasSubstr("--seed: expected an integer"));
+  EXPECT_THAT(error({"a", "--first", "-1"}), HasSubstr("--first: expected an integer, at least 0"));
+  EXPECT_THAT(error({"a", "--seeds", "4294967297"}), HasSubstr("--seeds: expected an integer"));
+}
+
+TEST_F(Node, TheNextOptionIsNoValue) {
+  EXPECT_EQ(error({"a", "--out", "--json"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "-o", "--json"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "--out=", "--json"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "--out=", "x"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "-o", "-x"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "-o", "--"}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(parsed({"a", "--out=-x", "--seed", "-5", "--check"}), std::nullopt);
+  EXPECT_EQ(out_, "-x");
+  EXPECT_EQ(*seed_, -5);
+  EXPECT_TRUE(check_);
+  EXPECT_EQ(parsed({"a", "-o", "-"}), std::nullopt) << "the name of a stream";
+}
+
+TEST_F(Node, AnEmptyValueIsNoValue) {
+  EXPECT_EQ(error({"a", "--out", ""}), "wm: --out: a value is required (FILE)");
+  EXPECT_EQ(error({"a", "--seed", ""}), "wm: --seed: a value is required (an integer)");
+  EXPECT_EQ(error({"a", "--method="}), "wm: --method: a value is required (NAME)");
+  EXPECT_EQ(error({"", "--check"}), "wm: CONFIG: a value is required (TEXT)");
+}
+
 TEST_F(Node, AMissingFileIsAnInput) {
   app_.get_option("CONFIG")->check(CLI::ExistingFile);
   const std::optional<Ending> ended = parsed({"/nonexistent.toml"});
@@ -116,6 +166,8 @@ TEST_F(Node, AMissingFileIsAnInput) {
   EXPECT_EQ(ended->status, kExitInput);
   EXPECT_EQ(ended->text, "wm: /nonexistent.toml: file does not exist\n");
   EXPECT_EQ(parsed({"/"})->text, "wm: /: file is actually a directory\n");
+  const std::string name(300, 'x');  // the system rejects it, as it does a file in a closed folder
+  EXPECT_EQ(parsed({name.c_str()})->text, "wm: " + name + ": File name too long\n");
   const auto advice = [](const std::string& folder) { return folder + " is not one"; };
   EXPECT_EQ(parsed({"/"}, advice)->text, "wm: /: / is not one\n");
 }

@@ -107,5 +107,40 @@ TEST(KeyFolder, AnInvalidNameOrAForeignFolderIsRejected) {
   EXPECT_FALSE(cli::KeyFolder::open((folder / "full").string()).ok());
 }
 
+TEST(KeyFolder, AnInterruptedRunDoesNotPreventTheNext) {
+  const fs::path folder = test::fresh_folder();
+  fs::create_directories(folder / "ca.partial/rest");
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok()) << keys.error().message;
+  EXPECT_TRUE(keys->authorities_made());
+  EXPECT_FALSE(fs::exists(folder / "ca.partial"));
+}
+
+TEST(KeyFolder, OnlyANewIdentityCreatesAuthorities) {
+  const fs::path folder = test::fresh_folder();
+  const Result<cli::KeyFolder> none = cli::KeyFolder::open_existing((folder / "keys").string());
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("create them with --vehicle, --operator or --observer"),
+            std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "keys"));
+  ASSERT_TRUE(cli::KeyFolder::open((folder / "keys").string()).ok());
+  EXPECT_TRUE(cli::KeyFolder::open_existing((folder / "keys").string()).ok());
+}
+
+TEST(KeyFolder, ErrorsOfFilesHaveThePath) {
+  const fs::path folder = test::fresh_folder();
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok());
+  fs::create_symlink("itself", folder / "itself");  // its status is an error, for root, too
+  const Result<std::vector<cli::KeyIdentity>> all = keys->identities();
+  ASSERT_FALSE(all.ok());
+  EXPECT_EQ(all.error().message.rfind((folder / "itself").string(), 0), 0U) << all.error().message;
+  const std::string loop = (folder / "itself").string();
+  EXPECT_FALSE(cli::KeyFolder::open(loop).ok());
+  EXPECT_FALSE(cli::KeyFolder::open_existing(loop).ok());
+  EXPECT_FALSE(keys->revoke("itself").ok());
+  EXPECT_FALSE(keys->add("itself", cli::KeyRole::kOperator).ok());
+}
+
 }  // namespace
 }  // namespace rcs::gateway

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <unistd.h>
 
+#include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 
@@ -133,6 +137,29 @@ TEST(LcmBus, TheArrivalIsTheTimeOfReceptionNotOfDelivery) {
   EXPECT_EQ(arrival(at_ms(5100), from_seconds(-3600.0)), at_ms(5100));
   EXPECT_EQ(arrival(at_ms(5200), from_seconds(3600.0)), at_ms(5100)) << "not before an earlier one";
   EXPECT_LE(arrival(at_ms(5400), Duration(0)), at_ms(5350));
+}
+
+TEST(LcmBus, ItsThreadsHandleNoSignalWhicheverOrder) {
+  // StopSignals blocks signals in its own thread only: a receiver's thread that was started before
+  // would end the process by Ctrl-C.
+  const std::string own = std::to_string(::getpid());
+  const auto blocks = [](const std::filesystem::path& thread, int signal) {
+    std::ifstream status(thread / "status");
+    for (std::string line; std::getline(status, line);) {
+      if (line.rfind("SigBlk:", 0) != 0) continue;
+      return (std::stoull(line.substr(7), nullptr, 16) >> unsigned(signal - 1) & 1U) != 0;
+    }
+    return false;
+  };
+  const auto bus = open_bus();
+  EXPECT_EQ(blocks("/proc/self/task/" + own, SIGHUP), false) << "the thread that opens the bus";
+  int others = 0;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (thread.path().filename() == own) continue;
+    ++others;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) EXPECT_TRUE(blocks(thread.path(), signal));
+  }
+  EXPECT_GT(others, 0);
 }
 
 TEST(LcmBus, AnInvalidUrlIsReportedWithTheExpectedForm) {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 namespace rcs {
 namespace {
@@ -28,6 +29,8 @@ class PipedStderr {
   }
   PipedStderr(const PipedStderr&) = delete;
   PipedStderr& operator=(const PipedStderr&) = delete;
+
+  void close_reader() { (void)close(std::exchange(reader_, -1)); }
 
   [[nodiscard]] std::string read_all() const {
     std::string text;
@@ -69,6 +72,22 @@ TEST(TerminalLines, ALongLineIsCut) {
   }
   EXPECT_EQ(text.size(), 4096U);
   EXPECT_EQ(text.back(), '\n');
+}
+
+TEST(TerminalLines, AReaderThatEndsDoesNotEndTheProcess) {
+  TerminalLines lines;
+  std::string text;
+  {
+    PipedStderr piped;
+    piped.close_reader();
+    lines.print("nobody reads this");  // SIGPIPE would end the test
+  }
+  {
+    const PipedStderr piped;
+    lines.print("the next line");
+    text = piped.read_all();
+  }
+  EXPECT_EQ(text, "(1 lines dropped: stderr was blocked)\nthe next line\n");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <set>
 #include <utility>
 
+#include "rcs/base/exit_status.h"
 #include "rcs/base/regular_file.h"
 
 namespace rcs::tools {
@@ -47,12 +48,26 @@ void exchange_temporary(const char* from, const char* to) {
   }
 }
 
+std::string end_of_temporary() { return fmt::format(".{}.partial", ::getpid()); }
+
+/// The temporary of an OutputFile: a command may read back what it has written.
+bool is_temporary(const std::string& path) {
+  const std::string end = end_of_temporary();
+  return path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
+}
+
 extern "C" void on_kill(int signal) {
   for (const std::atomic<const char*>& place : temporaries) {
     if (const char* path = place.load(); path != nullptr) ::unlink(path);
   }
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
+  if (signal == SIGHUP) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+    return;
+  }
+  constexpr std::string_view kMessage = "rcs: interrupted\n";
+  (void)!::write(STDERR_FILENO, kMessage.data(), kMessage.size());
+  ::_exit(kExitInterrupted);
 }
 
 Error file_error(std::string_view path, std::string_view what) {
@@ -85,6 +100,7 @@ fs::path map_around(const std::string& path) {
 }  // namespace
 
 void note_input(const std::string& path) {
+  if (is_temporary(path)) return;
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return;
   if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) return;
@@ -115,7 +131,6 @@ Result<std::string> read_text(const std::string& path) {
   if (Outcome checked = check_regular_file(path); !checked) return checked.error();
   std::ifstream file(path, std::ios::binary);
   if (!file) return file_error(path, "cannot open");
-  note_input(path);
   std::string text((std::istreambuf_iterator<char>(file)), {});
   if (file.bad()) return file_error(path, "cannot read");
   return text;
@@ -138,7 +153,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)), target_(path_
   target_ = without_links(path_).string();
   const fs::path folder = fs::path(target_).parent_path();
   if (!folder.empty()) fs::create_directories(folder, ignored);
-  write_path_ = fmt::format("{}.{}.partial", target_, ::getpid());
+  write_path_ = target_ + end_of_temporary();
   exchange_temporary(nullptr, write_path_.c_str());
 }
 
@@ -149,6 +164,7 @@ OutputFile::~OutputFile() {
 }
 
 Outcome OutputFile::write(std::string_view text) const {
+  if (Outcome checked = check(); !checked) return checked;
   std::ofstream file(write_path_, std::ios::binary);
   if (!file) return file_error(path_, "cannot create");
   file.write(text.data(), static_cast<std::streamsize>(text.size()));
@@ -157,10 +173,14 @@ Outcome OutputFile::write(std::string_view text) const {
 }
 
 Outcome OutputFile::check() const {
-  std::error_code ignored;
-  if (fs::is_directory(target_, ignored)) {
+  std::error_code error;
+  if (fs::is_directory(target_, error)) {
     return Error{path_ + ": is a folder; the output is a file"};
   }
+  const fs::path folder = fs::path(target_).parent_path();
+  error.clear();
+  if (!in_place_ && !folder.empty()) fs::create_directories(folder, error);
+  if (error) return Error{fmt::format("{}: cannot create its folder: {}", path_, error.message())};
   return check_output(target_);
 }
 
@@ -171,6 +191,12 @@ Outcome OutputFile::commit() const {
   if (::stat(target_.c_str(), &before) == 0) ::chmod(write_path_.c_str(), before.st_mode & 07777U);
   if (std::rename(write_path_.c_str(), target_.c_str()) != 0) {
     return file_error(path_, "cannot move the finished file there");
+  }
+  // Its number may be that of an input that was removed, e.g. of a temporary configuration.
+  struct stat written {};
+  if (::stat(target_.c_str(), &written) == 0) {
+    const std::lock_guard<std::mutex> lock(inputs().mutex);
+    inputs().ids.erase({written.st_dev, written.st_ino});
   }
   return Done{};
 }

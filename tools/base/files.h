@@ -14,16 +14,16 @@ namespace rcs::tools {
 [[nodiscard]] Result<std::vector<std::uint8_t>> read_bytes(const std::string& path);
 
 /// Records a file that the command reads (by device and inode, so that links and other spellings of
-/// its path are the same file): OutputFile never replaces it. read_text() and read_bytes() record
-/// their files; main() records all arguments of the command line that are not outputs.
+/// its path are the same file): OutputFile never replaces it. main() records all arguments of the
+/// command line that are not outputs, and every input that is opened (rcs/base/input_files.h).
 void note_input(const std::string& path);
 
 /// An error if `path` was recorded by note_input(), or is in the folder of an a priori map, where
 /// it may be a file of the map.
 [[nodiscard]] Outcome check_output(const std::string& path);
 
-/// SIGINT, SIGTERM and SIGHUP remove the temporaries of all OutputFiles before they end the
-/// process. Call it once, at the start of main().
+/// SIGINT, SIGTERM (status kExitInterrupted, with a message) and SIGHUP remove the temporaries of
+/// all OutputFiles before they end the process. Call it once, at the start of main().
 void remove_temporaries_when_killed();
 
 /// A file that is created completely or not at all: written to write_path(), a temporary next to

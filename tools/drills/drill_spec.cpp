@@ -284,6 +284,9 @@ Result<Drill> read(const ParamFile& file) {
     limits.get(kind.key, &d.limits[std::string(kind.key)], kind.range, kind.meaning);
   }
   if (Outcome finished = file.finish({}); !finished) return finished.error();
+  if (d.stimuli.empty() && d.limits.empty()) {
+    return Error{file.name() + ": not a drill: no [[stimulus]] and no [limits]"};
+  }
   return d;
 }
 

@@ -92,7 +92,14 @@ std::optional<GroundSurface::Plane> GroundSurface::plane_around(Cell c, int reac
   return Plane{base_m + plane[0], plane.tail<2>() / params_.cell_m};
 }
 
-void GroundSurface::finish() {
+bool GroundSurface::finish(const std::function<bool()>& going) {
+  constexpr int kEvery = 1024;  // cells, in each of which a plane is fitted
+  int cells = 0;
+  bool ended = false;
+  const auto goes_on = [&] {
+    if (++cells % kEvery == 0 && !ended) ended = !going();
+    return !ended;
+  };
   columns_.for_each([this](Cell c, const Column& column) {
     const std::optional<double> low_m = lowest(column);
     if (!low_m) return;
@@ -107,7 +114,7 @@ void GroundSurface::finish() {
   for (int peel = 0; peel < kPeels; ++peel) {
     std::vector<Cell> refused;
     nodes_.for_each([&](Cell c, const Node& n) {
-      if (!n.known) return;
+      if (!n.known || !goes_on()) return;
       const std::optional<Plane> plane = plane_around(c, kWide + peel, true);
       const double off_m = plane ? n.low_m - plane->z_m : 0.0;
       if (!plane || off_m > params_.stands_m || off_m < -kPit_m) refused.push_back(c);
@@ -116,7 +123,7 @@ void GroundSurface::finish() {
   }
   std::vector<std::pair<Cell, Plane>> planes;
   nodes_.for_each([&](Cell c, const Node& n) {
-    if (!n.known) return;
+    if (!n.known || !goes_on()) return;
     const std::optional<Plane> near = plane_around(c, kNear, false);
     const std::optional<Plane> plane = near ? near : plane_around(c, kWide, true);
     planes.emplace_back(c, plane ? *plane : Plane{n.low_m, Vec2::Zero()});
@@ -127,6 +134,7 @@ void GroundSurface::finish() {
     n.slope_x = static_cast<float>(plane.slope.x());
     n.slope_y = static_cast<float>(plane.slope.y());
   }
+  return !ended;
 }
 
 void GroundSurface::see_through(const Vec3& from, const Vec3& to, std::uint32_t scan) {

@@ -2,6 +2,7 @@
 // The coarse surface of the ground, the reference of finer heights.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -34,7 +35,9 @@ class GroundSurface {
   /// Adds a return in the frame of the map.
   void add(const Vec3& p);
   /// Computes the surface; call it after the last return.
-  void finish();
+  /// @param going  false ends it early
+  /// @return false if it was ended early: the surface is not valid
+  [[nodiscard]] bool finish(const std::function<bool()>& going);
 
   /// Adds a ray. Ground that at least two scans have seen through (rays that continue below it) is
   /// invalid. Rays that end where no ground is known, or below it, are ignored.

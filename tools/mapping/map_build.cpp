@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -68,6 +69,7 @@ class Passes {
                  progress_((done_ + share) / passes_);
         });
     ++done_;
+    if (done && !goes_on()) return Error{"interrupted"};
     if (!done && static_cast<double>(held) > wanted_.memory_bytes) {
       return Error{fmt::format(
           "{}: requires more than --memory {:.0f} MB: use larger cells (--cell), a shorter range "
@@ -75,6 +77,11 @@ class Passes {
           wanted_.sensors, wanted_.memory_bytes * 1e-6)};
     }
     return done;
+  }
+
+  /// False after an interrupt.
+  [[nodiscard]] bool goes_on() const {
+    return progress_(std::min(1.0, static_cast<double>(done_) / passes_));
   }
 
  private:
@@ -94,7 +101,7 @@ Result<recording::ScanCount> make_surface(Passes* passes, std::unique_ptr<Ground
   GroundSurface* s = surface->get();
   Result<recording::ScanCount> read =
       passes->run([s](const Return& r, const View&) { s->add(r.p); }, [s] { return s->bytes(); });
-  s->finish();
+  if (read && !s->finish([passes] { return passes->goes_on(); })) return Error{"interrupted"};
   return read;
 }
 
@@ -112,10 +119,11 @@ Error without(const MapBuild& wanted, const recording::ScanCount& scans) {
 }
 
 Outcome write(const MapLevel& level, const GroundBuilder& ground, const StandingBuilder& standing,
-              std::uint16_t date, const std::string& out, MapBuilt* built) {
+              std::uint16_t date, const std::string& out, const Passes& passes, MapBuilt* built) {
   Result<MapWriter> writer = MapWriter::create(out, built->frame, {level});
   if (!writer) return writer.error();
   for (const Cell tile : ground.tiles()) {
+    if (!passes.goes_on()) return Error{"interrupted"};
     Raster raster = ground.tile(level, tile, date);
     raster.points = standing.points(level, tile);
     built->points += static_cast<std::int64_t>(raster.points.size());
@@ -176,6 +184,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   if (!read) return read.error();
   built.seen_through = surface->close();
   ground.settle();
+  if (!passes.goes_on()) return Error{"interrupted"};
   read = passes.run(
       [&](const Return& r, const View& view) {
         ground.measure(r.p, r.range_m, view.stamp, view.scan);
@@ -188,6 +197,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
       bytes);
   if (!read) return read.error();
   ground.finish();
+  if (!passes.goes_on()) return Error{"interrupted"};
   standing.finish([&](double x_m, double y_m) { return ground.passing(x_m, y_m); });
   built.scans = *read;
   built.ground = ground.metrics();
@@ -200,7 +210,8 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   level.cell_m = wanted.ground.cell_m;
   level.bias_sigma_m = built.bias_sigma_m;
   level.bias_correlation_m = wanted.pose_length_m;
-  if (Outcome written = write(level, ground, standing, wanted.date, out, &built); !written) {
+  if (Outcome written = write(level, ground, standing, wanted.date, out, passes, &built);
+      !written) {
     return written.error();
   }
   return built;

@@ -25,7 +25,9 @@ int parse_date(const std::string& text) {
   int day = 0;
   char rest = 0;
   if (std::sscanf(text.c_str(), "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) return 0;
-  if (year < 2000 || year > 2178 || month < 1 || month > 12 || day < 1 || day > 31) return 0;
+  if (year < 2000 || year > 2178 || month < 1 || month > 12 || day < 1) return 0;
+  const int next_month = month == 12 ? days_of(year + 1, 1, 1) : days_of(year, month + 1, 1);
+  if (days_of(year, month, day) >= next_month) return 0;
   return std::max(1, days_of(year, month, day) - kDays2000);
 }
 

@@ -1,6 +1,7 @@
 // rcs: one command for logs, replays, simulations and their evaluation.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -8,15 +9,20 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <iostream>
+#include <set>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
+#include "rcs/base/input_files.h"
 #include "rcs/command_line/parse.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/page_origin.h"
+#include "tools/rcs/standard_streams.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_series.h"
 
@@ -24,8 +30,19 @@ namespace rcs::cli {
 
 namespace {
 
+namespace fs = std::filesystem;
+
+/// A message without the ends of the names of temporaries (OutputFile): they are internal.
+std::string without_temporaries(std::string message) {
+  const std::string end = fmt::format(".{}.partial", ::getpid());
+  for (std::size_t at = message.find(end); at != std::string::npos; at = message.find(end, at)) {
+    message.erase(at, end.size());
+  }
+  return message;
+}
+
 int print_reason(std::string_view command, const Error& error, int status) {
-  fmt::print(stderr, "rcs {}: {}\n", command, error.message);
+  fmt::print(stderr, "rcs {}: {}\n", command, without_temporaries(error.message));
   return status;
 }
 
@@ -56,11 +73,13 @@ bool names_output(const CLI::Option& option) {
          std::find(kOutputs.begin(), kOutputs.end(), names.front()) != kOutputs.end();
 }
 
-/// Records the input files of the command line. @return an error if an output is one of them
+/// Records the input files of the command line. @return an error if an output is one of them, or
+/// if two outputs are one file
 Outcome protect_inputs(const CLI::App& app) {
   std::vector<std::string> outputs;
   for (const CLI::App* parsed = &app; parsed != nullptr;) {
     for (const CLI::Option* option : parsed->get_options()) {
+      if (option->get_items_expected_max() == 0) continue;  // a flag
       for (const std::string& value : option->results()) {
         if (names_output(*option)) {
           outputs.push_back(value);
@@ -72,8 +91,18 @@ Outcome protect_inputs(const CLI::App& app) {
     const std::vector<CLI::App*> below = parsed->get_subcommands();
     parsed = below.empty() ? nullptr : below.front();
   }
+  std::set<fs::path> names;
   for (const std::string& path : outputs) {
     if (Outcome checked = tools::check_output(path); !checked) return checked;
+    std::error_code error;
+    const fs::file_status there = fs::status(path, error);
+    // Several outputs may go to /dev/null.
+    if (fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there)) continue;
+    fs::path name = fs::weakly_canonical(fs::absolute(path, error), error);
+    if (!name.has_filename()) name = name.parent_path();  // "folder/"
+    if (!names.insert(name).second) {
+      return Error{path + ": is the name of two outputs of this command: nothing is written"};
+    }
   }
   return Done{};
 }
@@ -83,6 +112,15 @@ std::string advice_for(const std::string& folder) {
   if (!recording::LogSeries::open(folder)) return "";
   return fmt::format("the folder of a recording; make one log of it by `rcs log cut {} -o run.log`",
                      folder);
+}
+
+/// "rcs help log cut" as "rcs log cut --help".
+std::vector<const char*> without_help_command(int argc, const char* const* argv) {
+  std::vector<const char*> words(argv, argv + argc);
+  if (argc < 2 || std::string_view(argv[1]) != "help") return words;
+  words.erase(words.begin() + 1);
+  words.push_back("--help");
+  return words;
 }
 
 int rcs_main(int argc, char** argv) {
@@ -124,7 +162,9 @@ int rcs_main(int argc, char** argv) {
   add_keys_command(&app, &commands);
   add_reference_commands(&app, &commands);
   note_command_line(argc, argv);
-  if (const auto ended = command_line::parse(&app, argc, argv, advice_for)) {
+  const std::vector<const char*> words = without_help_command(argc, argv);
+  if (const auto ended =
+          command_line::parse(&app, static_cast<int>(words.size()), words.data(), advice_for)) {
     return command_line::print(*ended);
   }
   if (const Outcome safe = protect_inputs(app); !safe) {
@@ -144,7 +184,10 @@ int rcs_main(int argc, char** argv) {
 // An exception, e.g. when memory or descriptors are exhausted, ends the process with its message.
 int main(int argc, char** argv) {
   try {
+    rcs::cli::open_standard_streams();
+    rcs::cli::protect_messages();
     rcs::tools::remove_temporaries_when_killed();
+    rcs::observe_inputs(rcs::tools::note_input);
     const int status = rcs::cli::rcs_main(argc, argv);
     // Buffered output may not fit on a full disk.
     std::cout.flush();

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "rcs/node/timeline/live_timeline.h"
+#include "tools/rcs/standard_streams.h"
 
 namespace rcs::cli {
 namespace {
@@ -35,7 +36,7 @@ Progress::Progress(std::string_view label, std::int64_t total)
 }
 
 Progress::~Progress() {
-  if (on_terminal_) fmt::print(stderr, "\r\033[K");
+  if (on_terminal_) replace_line("");
 }
 
 void Progress::at(std::int64_t done) {
@@ -44,9 +45,8 @@ void Progress::at(std::int64_t done) {
   shown_percent_ = percent;
   if (on_terminal_) {
     const int full = kBarCells * percent / 100;
-    fmt::print(stderr, "\r{} [{:=<{}}{:<{}}] {:3d} %", label_, "", full, "", kBarCells - full,
-               percent);
-    std::fflush(stderr);
+    replace_line(
+        fmt::format("{} [{:=<{}}{:<{}}] {:3d} %", label_, "", full, "", kBarCells - full, percent));
   } else if (const std::int64_t now = wall_utime(); now - line_utime_ >= kLinePeriod_us) {
     line_utime_ = now;
     fmt::print(stderr, "rcs {}: {} %\n", label_, percent);

@@ -173,7 +173,7 @@ class Facets {
 template <class Reader>
 Outcome read_all(LogReader* log, Reader* reader, const std::function<bool(double)>& progress) {
   LogEvent event;
-  constexpr int kEvery = 200;
+  constexpr int kEvery = 10;  // a message may have 10,000 points
   for (std::int64_t n = 0; log->next(&event); ++n) {
     reader->take(event);
     if (n % kEvery != 0) continue;

@@ -15,6 +15,7 @@
 
 #include "modules/sp/sp_config.h"
 #include "rcs/base/exit_status.h"
+#include "rcs/base/input_files.h"
 #include "rcs/command_line/parse.h"
 #include "rcs/node/params/params.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -163,7 +164,7 @@ class Program {
   }
 
   ViewOptions options_;
-  StopSignals signals_;  // before the bus, whose thread inherits the mask
+  StopSignals signals_;
   boost::asio::io_context io_{1};
   boost::asio::posix::stream_descriptor stop_;
   RunTimeline timeline_;
@@ -190,6 +191,7 @@ int view_main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    rcs::observe_inputs(rcs::tools::note_input);
     return rcs::view::view_main(argc, argv);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "rcs view: %s\n", e.what());

@@ -34,8 +34,8 @@ class BusMonitor {
 class LcmBus final : public Bus {
  public:
   /// @param url  empty: the environment's LCM_DEFAULT_URL, else kDefaultLcmUrl
-  /// Create it after the signals are blocked (StopSignals): the receiver's thread inherits the
-  /// mask.
+  /// The thread of its receiver handles no signal: they may be blocked (StopSignals) before or
+  /// after it is created.
   static Result<std::unique_ptr<LcmBus>> create(const std::string& url);
 
   /// @param channel  a name, or a pattern as in matches()

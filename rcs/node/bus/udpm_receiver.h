@@ -47,7 +47,7 @@ class UdpmReceiver {
   };
 
   /// Joins the multicast group. Errors name the call and its cause.
-  /// The thread inherits the signal mask.
+  /// The thread handles no signal.
   static Result<std::unique_ptr<UdpmReceiver>> open(const BusAddress& address);
   UdpmReceiver(const UdpmReceiver&) = delete;
   UdpmReceiver& operator=(const UdpmReceiver&) = delete;

@@ -11,6 +11,8 @@
 #include <iterator>
 #include <limits>
 
+#include "rcs/base/input_files.h"
+
 namespace rcs {
 namespace {
 
@@ -111,6 +113,7 @@ Result<LogReader> LogReader::open(const std::string& path, std::size_t max_data_
   struct stat status {};
   if (fstat(file.get(), &status) != 0) return file_error(path, "cannot open the log", errno);
   if (!S_ISREG(status.st_mode)) return Error{path + ": not a log: not a regular file"};
+  report_input(path);
   LogReader reader(std::move(file), path, status.st_size, max_data_bytes);
   LogEvent event;
   for (int k = 0; k < kEventsLookedAt && reader.next(&event); ++k) {

@@ -11,7 +11,9 @@ namespace rcs {
 
 void TerminalLines::print(std::string_view prefix, std::string_view line) {
   pollfd stream{STDERR_FILENO, POLLOUT, 0};
-  if (poll(&stream, 1, 0) != 1 || (stream.revents & POLLOUT) == 0) {
+  const bool ready = poll(&stream, 1, 0) == 1 && (stream.revents & POLLOUT) != 0;
+  // A pipe without a reader is "ready", and SIGPIPE would end the process.
+  if (!ready || (stream.revents & (POLLERR | POLLHUP)) != 0) {
     ++dropped_;
     return;
   }

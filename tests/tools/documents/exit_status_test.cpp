@@ -26,6 +26,7 @@ class ExitStatus : public RcsCommand {
         << "\n[world]\ndatum_lat_deg = 1.0\n"
            "datum_lon_deg = 8.4\ndatum_height_m = 110.0\n";
     std::ofstream(inputs_ + "/empty.csv") << "x_m,y_m\n";
+    std::ofstream(inputs_ + "/nothing.toml") << "";
     for (const char* name : {"passes", "fails"}) {
       std::ofstream(inputs_ + "/" + name + ".toml")
           << "name = \"GPS lost\"\n[run]\nlength_s = 12\n[[stimulus]]\nkind = \"dropout\"\n"
@@ -35,6 +36,8 @@ class ExitStatus : public RcsCommand {
     std::ofstream(inputs_ + "/no_scenario.toml")
         << "[run]\nlength_s = 12\nscenario = \"absent.toml\"\n[[stimulus]]\nkind = \"dropout\"\n"
            "begin_s = 9\nlength_s = 2\n[limits]\nhorizontal_m = 50\n";
+    std::ofstream truth(inputs_ + "/kitti.txt");
+    for (int row = 0; row < 200; ++row) truth << "1 0 0 0 0 1 0 0 0 0 1 0\n";
     std::ofstream plane(inputs_ + "/plane.xyz");
     for (int i = 0; i < 50; ++i) {
       for (int j = 0; j < 50; ++j) plane << 0.4 * j << ' ' << 0.4 * i << " 0\n";
@@ -82,12 +85,15 @@ TEST_F(ExitStatus, IsZeroWhenTheWorkIsDone) {
   constexpr Row kRows[] = {
       {0, "--help"},
       {0, "log info --help"},
+      {0, "help"},
+      {0, "help log info"},
       {0, "log info $F/drive.log"},
       {0, "log list $F/drive.log"},
       {0, "log cut $F/drive.log --to 2 -o $N/cut.log"},
       {0, "log cut $F/run.log --around mode -o $N/mode.log"},
       {0, "log csv $F/drive.log --channel GPS_FIX"},
       {0, "eval $F/run.log"},
+      {0, "eval $F/run.log --truth $F/kitti.txt --format kitti --first 3"},
       {0, "report $F/run.log -o $N/report.html"},
       {0, "replay $S/config/demo3.toml $F/drive.log --to 8 -o $N/run.log"},
       {0, "sim $S/config/sim/drill.toml --duration 2 -o $N/sim.log"},
@@ -123,6 +129,7 @@ TEST_F(ExitStatus, IsOneWhenTheWorkIsDoneAndTheResultIsNegative) {
       {1, "config check $F/invalid.toml"},
       {1, "config check $F/garbage"},
       {1, "up --check $F/invalid.toml"},
+      {1, "up --check $F/garbage"},
   };
   expect(kRows);
 }
@@ -151,6 +158,11 @@ TEST_F(ExitStatus, IsTwoForAnInvalidCommandLine) {
       {2, "why $F/run.log"},
       {2, "smooth $F/drive.log -o $N/x --rounds 0 --config $S/config/demo3.toml"},
       {2, "register $F/plane.xyz"},
+      {2, "eval $F/run.log --truth $F/kitti.txt --format kitti --first -5"},
+      {2, "sim $S/config/sim/drill.toml --gps-lost-after '' -o $N/x"},
+      {2, "sim $S/config/sim/drill.toml --seed 99999999999999999999 -o $N/x"},
+      {2, "view $F/run.log --host ''"},
+      {2, "eval $F/run.log --svg --json"},
       {2, "register $F/plane.xyz $F/plane.xyz --guess 1"},
       {2, "table1 --seeds 17"},
       {2, "map"},
@@ -160,6 +172,8 @@ TEST_F(ExitStatus, IsTwoForAnInvalidCommandLine) {
       {2, "map diff $F/map"},
       {2, "map build $F/run.log --date tomorrow -o $N/x"},
       {2, "map import raster $F/garbage --sigma 1 --date tomorrow -o $N/x"},
+      {2, "map build $F/run.log --date 2020-02-30 -o $N/x"},
+      {2, "map build $F/run.log --date 2023-02-29 -o $N/x"},
       {2, "map import cloud $F/plane.xyz -o $N/x"},
       {2, "map import av2 $F -o $N/x"},
       {2, "map locate $F/map $F/run.log"},
@@ -224,6 +238,8 @@ TEST_F(ExitStatus, IsThreeWhenAFileOrTheNetworkPreventsTheWork) {
       {3, "drill $F/none.toml"},
       {3, "consistency --config $F/none.toml"},
       {3, "faults --config $F/none.toml"},
+      {3, "faults --runs 1 --scenario $F/garbage"},
+      {3, "drill $F/nothing.toml"},
       {3, "outages $F/none.log --config $S/config/demo3.toml"},
       {3, "budget $F/none.toml $F/drive.log"},
       {3, "config check $F/none.toml"},
@@ -237,6 +253,7 @@ TEST_F(ExitStatus, IsThreeWhenAFileOrTheNetworkPreventsTheWork) {
       {3, "log cut $F/drive.log --from 100 -o $N/x"},
       {3, "log csv $F/drive.log --channel BG_DRIVE"},
       {3, "eval $F/garbage"},
+      {3, "eval $F/run.log --truth $F/kitti.txt --format kitti --first 18446744073709551610"},
       {3, "report $F/drive.log -o $N/x.html"},
       {3, "replay $F/garbage $F/drive.log -o $N/x"},
       {3, "replay $F/invalid.toml $F/drive.log -o $N/x"},
@@ -273,6 +290,7 @@ TEST_F(ExitStatus, IsThreeWhenAFileOrTheNetworkPreventsTheWork) {
       {3, "sim $S/config/sim/drill.toml --duration 1 -o $F/garbage/x"},
       {3, "map export $F/map --geotiff $F/garbage/x.tif"},
       {3, "keys $F/garbage --vehicle a"},
+      {3, "keys $N/no_keys"},
       // The network.
       {3, "play $F/drive.log --lcm-url nonsense"},
       {3, "sim $S/config/sim/drill.toml --lcm-url nonsense"},
@@ -296,6 +314,15 @@ TEST_F(ExitStatus, IsThirtyAndAHundredAfterCtrlC) {
        }) {
     EXPECT_EQ(shell(interrupted + arguments), 130) << arguments;
   }
+  EXPECT_EQ(
+      shell(interrupted + "top --once --listen 60 --lcm-url 'udpm://239.255.76.99:9999?ttl=0'"),
+      130);
+  // A command that does not catch the signal itself, while it waits for the reader of its output.
+  EXPECT_EQ(shell("{ timeout --preserve-status -s TERM 0.7 " + variable("RCS_BIN_DIR") +
+                  "/rcs config list --json 2>$N/why; echo $? >$N/status; } | sleep 2"),
+            0);
+  EXPECT_EQ(text_of(folder_ + "/status"), "130\n");
+  EXPECT_EQ(text_of(folder_ + "/why"), "rcs: interrupted\n");
   EXPECT_EQ(shell(interrupted + "load cpu"), 0) << "which runs until Ctrl-C";
 }
 

@@ -111,13 +111,17 @@ TEST(DrillSpec, SimulatorOptionsRequireASimulatedRun) {
 }
 
 TEST(DrillSpec, WithoutAStimulusTheWholeRunCounts) {
-  const Result<Drill> drill = parse_drill("", "none.toml");
-  ASSERT_TRUE(drill.ok());
+  const Result<Drill> drill = parse_drill("[limits]\nratio = 2.0\n", "none.toml");
+  ASSERT_TRUE(drill.ok()) << drill.error().message;
   EXPECT_EQ(drill->begin_s(), 20.0);
   EXPECT_GE(drill->end_s(), 1e5);
   Result<Drill> for_good = parse_drill(with_stimulus("kind = \"clock\"\njump_s = 1"), "x.toml");
   ASSERT_TRUE(for_good.ok());
   EXPECT_GE(for_good->end_s(), 1e5);
+}
+
+TEST(DrillSpec, AFileWithoutStimulusAndLimitsIsNoDrill) {
+  EXPECT_EQ(complaint(""), "folder/bad.toml: not a drill: no [[stimulus]] and no [limits]");
 }
 
 TEST(DrillSpec, EveryDrillOfTheProjectIsValid) {

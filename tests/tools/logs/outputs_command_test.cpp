@@ -85,6 +85,7 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
       "consistency --scenario a.toml -o a.toml",
       "outages run.log --config a.toml --logs run.log",
       "register c.xyz b.csv --plot c.xyz",
+      "view run.log --shot t=0 -o run.log",
   };
   const std::string before = text_of(log_);
   for (const std::string& command : commands) {
@@ -147,6 +148,93 @@ TEST_F(Outputs, AnInputIsIdentifiedByItsInodeNotByItsName) {
   fs::create_hard_link(log_, folder_ + "/new.log.timing");
   EXPECT_EQ(shell("$rcs replay a.toml run.log -o new.log"), 3);
   EXPECT_THAT(messages(), HasSubstr("new.log.timing: is also an input of this command"));
+}
+
+TEST_F(Outputs, AFileThatAnInputNamesIsAnInput) {
+  const std::string source = variable("RCS_SOURCE_DIR") + "/config/sim/";
+  for (const char* name : {"town.toml", "reference.toml", "town.asc", "ins_grades.toml"}) {
+    fs::copy_file(source + name, folder_ + "/" + name);
+  }
+  std::ofstream(folder_ + "/short.toml") << "based_on = \"town.toml\"\n";
+  for (const char* name : {"short.toml", "reference.toml", "town.asc", "ins_grades.toml"}) {
+    const std::string before = text_of(folder_ + "/" + name);
+    EXPECT_EQ(shell(std::string("$rcs sim short.toml --duration 1 -o ") + name), 3) << name;
+    EXPECT_THAT(messages(), HasSubstr("is also an input of this command")) << name;
+    EXPECT_EQ(text_of(folder_ + "/" + name), before) << name;
+  }
+  EXPECT_EQ(partial_files(), 0);
+}
+
+TEST_F(Outputs, ARunWithANameIsAnInput) {
+  ASSERT_EQ(shell("$rcs sim " + variable("RCS_SOURCE_DIR") +
+                  "/config/sim/drill.toml --duration 12 -o drive.log && $rcs replay " +
+                  variable("RCS_SOURCE_DIR") + "/config/demo3.toml drive.log -o result.log"),
+            0)
+      << messages();
+  const std::string before = text_of(folder_ + "/result.log");
+  EXPECT_EQ(shell("$rcs report x=result.log -o result.log"), 3);
+  EXPECT_THAT(messages(), HasSubstr("is also an input of this command"));
+  EXPECT_EQ(shell("$rcs report x=result.log -o page.html --svg ./result.log"), 3);
+  EXPECT_THAT(messages(), HasSubstr("is also an input of this command"));
+  EXPECT_EQ(text_of(folder_ + "/result.log"), before);
+}
+
+TEST_F(Outputs, TwoOutputsHaveTwoNames) {
+  for (const char* command :
+       {"eval run.log --report a.html --svg ./a.html",
+        "map export map --geotiff x --hillshade map/../x", "sim a.toml -o new --prior-map new"}) {
+    EXPECT_EQ(shell(std::string("$rcs ") + command), 3) << command;
+    EXPECT_THAT(messages(), HasSubstr("is the name of two outputs of this command")) << command;
+  }
+  EXPECT_EQ(shell("$rcs eval run.log --report /dev/null --svg /dev/null"), 3);
+  EXPECT_THAT(messages(), testing::Not(HasSubstr("two outputs"))) << "a device";
+}
+
+TEST_F(Outputs, AClosedStreamIsNoFile) {
+  EXPECT_EQ(shell("$rcs log cut nothing.log -o cut.log 2>&- <&-"), 3);
+  EXPECT_EQ(shell("$rcs log cut run.log -o cut.log >&- 2>&- <&-"), 0);
+  EXPECT_EQ(shell("$rcs log cut run.log -o plain.log"), 0);
+  EXPECT_EQ(text_of(folder_ + "/cut.log"), text_of(folder_ + "/plain.log"));
+  EXPECT_EQ(shell("$rcs log info run.log >&-"), 3) << "the result is lost";
+}
+
+TEST_F(Outputs, AMessageThatCannotBeWrittenDoesNotEndTheWork) {
+  EXPECT_EQ(shell("$rcs log cut run.log -o full.log 2>/dev/full"), 0);
+  EXPECT_TRUE(fs::exists(folder_ + "/full.log"));
+  EXPECT_EQ(shell("{ $rcs log cut run.log -o pipe.log; echo $? >status; } 2>&1 | true; true"), 0);
+  EXPECT_TRUE(fs::exists(folder_ + "/pipe.log"));
+  EXPECT_EQ(text_of(folder_ + "/status"), "0\n");
+}
+
+TEST_F(Outputs, AMessageHasNoControlCharactersAndNoInternalNames) {
+  std::ofstream(folder_ + "/bad.toml") << "[\"sp\\u001b[31m\"]\nx = 1\n";
+  EXPECT_EQ(shell("$rcs config check bad.toml >out"), 1);
+  EXPECT_THAT(text_of(folder_ + "/out"), HasSubstr("\\u001b[31m"));
+  EXPECT_EQ(text_of(folder_ + "/out").find('\x1b'), std::string::npos);
+  std::ofstream(folder_ + "/bad.xyz") << "1 2 \x1b[31m\n";
+  EXPECT_EQ(shell("$rcs register bad.xyz $(printf 'no\\033[2J.xyz')"), 3);
+  EXPECT_EQ(messages().find('\x1b'), std::string::npos) << messages();
+  EXPECT_EQ(shell("$rcs log cut run.log -o a.toml/x.log"), 3);
+  EXPECT_EQ(messages(), "rcs log cut: a.toml/x.log: cannot create its folder: Not a directory\n");
+  const std::string name(250, 'x');
+  EXPECT_EQ(shell("$rcs log cut run.log -o " + name), 3);
+  EXPECT_THAT(messages(), testing::Not(HasSubstr(".partial")));
+}
+
+TEST_F(Outputs, ACommandThatCannotWorkPrintsNoDocument) {
+  for (const char* command : {"log list map --json", "config explain nope gate_m --json",
+                              "register c.xyz c.xyz --json --plot /dev/null",
+                              "go --halt --json --lcm-url 'udpm://239.255.76.99:9999?ttl=0'"}) {
+    EXPECT_GE(shell(std::string("$rcs ") + command + " >out"), 2) << command;
+    EXPECT_EQ(text_of(folder_ + "/out"), "") << command;
+  }
+}
+
+TEST_F(Outputs, ANegativeResultHasADocument) {
+  EXPECT_EQ(shell("$rcs log cut run.log --around mode -o cut.log --json >out"), 1) << messages();
+  EXPECT_THAT(text_of(folder_ + "/out"), HasSubstr("\"occurrences\": 0"));
+  EXPECT_EQ(shell("$rcs log mcap run.log --channel NOPE -o x.mcap --json >out"), 1) << messages();
+  EXPECT_THAT(text_of(folder_ + "/out"), HasSubstr("\"mcap\": null"));
 }
 
 TEST_F(Outputs, AFifoOrDeviceIsWrittenInPlace) {

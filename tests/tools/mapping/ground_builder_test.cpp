@@ -64,7 +64,7 @@ Built build(const GroundScene& scene) {
   const std::vector<GroundScene::Shot> shots = scene.drive();
   mapping::GroundSurface surface{mapping::GroundSurfaceParams()};
   for (const GroundScene::Shot& s : shots) surface.add(s.p);
-  surface.finish();
+  EXPECT_TRUE(surface.finish([] { return true; }));
   const mapping::GroundBuilderParams params;
   mapping::GroundBuilder builder(params, &surface);
   for (const GroundScene::Shot& s : shots) {
@@ -171,7 +171,7 @@ TEST(MountEstimator, FindsTheMisalignmentOfTheLadar) {
   const std::vector<GroundScene::Shot> shots = scene.drive();
   mapping::GroundSurface surface{mapping::GroundSurfaceParams()};
   for (const GroundScene::Shot& s : shots) surface.add(s.p);
-  surface.finish();
+  EXPECT_TRUE(surface.finish([] { return true; }));
   mapping::MountEstimator estimator(0.2);
   const mapping::GroundBuilderParams params;
   for (const GroundScene::Shot& s : shots) {
@@ -231,6 +231,21 @@ TEST(HeightCounts, FullHistogramsKeepTheirProportions) {
         counts.weight[static_cast<std::size_t>(k)];
   }
   EXPECT_NEAR(low / high, 4.0, 0.2);
+}
+
+TEST(GroundSurface, AnInterruptEndsTheComputation) {
+  mapping::GroundSurface surface{mapping::GroundSurfaceParams()};
+  for (int i = 0; i < 100; ++i) {
+    for (int j = 0; j < 100; ++j) {
+      for (int k = 0; k < 3; ++k) surface.add(Vec3(0.25 + 0.5 * i, 0.25 + 0.5 * j, 0.0));
+    }
+  }
+  int asked = 0;
+  EXPECT_FALSE(surface.finish([&asked] {
+    ++asked;
+    return false;
+  }));
+  EXPECT_EQ(asked, 1) << "after a part of the cells";
 }
 
 }  // namespace

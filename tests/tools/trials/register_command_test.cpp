@@ -276,6 +276,12 @@ TEST_F(RegisterCommand, AWrongCommandLineExitsWithTwo) {
   EXPECT_THAT(messages(), HasSubstr("16 numbers"));
   EXPECT_EQ(run(" --guess '2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'"), 2);
   EXPECT_THAT(messages(), HasSubstr("not a rigid motion"));
+  EXPECT_EQ(run(" --guess '1e308 0 0 0 0 1e308 0 0 0 0 1e308 0 0 0 0 1'"), 2) << "no finite error";
+  EXPECT_THAT(messages(), HasSubstr("not a rigid motion"));
+  for (const char* far : {"1e9", "-1e308"}) {
+    EXPECT_EQ(run(std::string(" --guess '1 0 0 ") + far + " 0 1 0 0 0 0 1 0 0 0 0 1'"), 2) << far;
+    EXPECT_THAT(messages(), HasSubstr("expected a translation of -1e+06 to 1e+06 m"));
+  }
   for (const char* shape : {"32", "32x", "x180", "0x180", "32x180x2", "-1x5"}) {
     EXPECT_EQ(run(std::string(" --organized ") + shape), 2) << shape;
     EXPECT_THAT(messages(), HasSubstr("ROWS,COLS")) << shape;

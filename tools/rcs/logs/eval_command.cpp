@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
@@ -53,16 +55,20 @@ Result<evaluation::PosePairs> pair_by_row(const recording::ScanPoses& scans,
                                           std::optional<std::size_t> first,
                                           const std::string& file) {
   const std::int64_t first_id = scans.scan_ids.front();
-  const std::size_t rows = static_cast<std::size_t>(scans.scan_ids.back() - first_id + 1);
+  if (!std::is_sorted(scans.scan_ids.begin(), scans.scan_ids.end())) {
+    return Error{"the numbers of the scans are not in ascending order"};
+  }
+  const std::size_t rows = static_cast<std::size_t>(scans.scan_ids.back()) -
+                           static_cast<std::size_t>(first_id) + 1;  // 0: more than fit
   if (!first && truth.size() != rows) {
     return Error{
         fmt::format("{}: {} rows for {} scans; name the row of the first scan by --first N", file,
                     truth.size(), rows)};
   }
   const std::size_t offset = first.value_or(0);
-  if (offset + rows > truth.size()) {
-    return Error{fmt::format("{}: {} rows, but the last scan needs row {} (counted from 0)", file,
-                             truth.size(), offset + rows - 1)};
+  if (rows == 0 || rows > truth.size() || offset > truth.size() - rows) {
+    return Error{fmt::format("{}: {} rows, but the {} scans from row {} (counted from 0) need more",
+                             file, truth.size(), rows, offset)};
   }
   evaluation::PosePairs pairs;
   for (std::size_t i = 0; i < scans.poses.size(); ++i) {

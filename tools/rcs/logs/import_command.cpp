@@ -136,7 +136,8 @@ class ImportKitti final : public Command {
 
     tools::OutputFile out(out_);
     Counts counts;
-    Outcome done = write_log(*sweeps, *poses, *origin, out.write_path(), &counts);
+    Outcome done = out.check();
+    if (done) done = write_log(*sweeps, *poses, *origin, out.write_path(), &counts);
     if (done) done = out.commit();
     if (!done) return fail(kImportName, done.error());
     report(*sweeps, *T_vehicle_ladar, counts);

@@ -50,6 +50,7 @@ class ImportMcap final : public Command {
                                             reader->unknown_compression())});
     }
     if (writer->events() == 0) {
+      if (json_) report_result(*reader, import.counts(), 0);
       return negative(kImportName,
                       {fmt::format("{}: no message on a topic /rcs/CHANNEL of our types; {}", file_,
                                    reader->health().summary())});
@@ -78,7 +79,7 @@ class ImportMcap final : public Command {
                      std::int64_t events) const {
     const mcap::ReaderHealth& health = reader.health();
     if (json_) {
-      report::Json json = {{"log", out_},
+      report::Json json = {{"log", events > 0 ? report::Json(out_) : report::Json()},
                            {"events", events},
                            {"malformed", counts.malformed},
                            {"bad_times", counts.bad_times},

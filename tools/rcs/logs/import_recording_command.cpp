@@ -61,7 +61,8 @@ void add_counts(const importers::ImportCounts& counts, Json* json, std::string* 
 Outcome write_whole(const recording::SensorLog& log, const std::string& path) {
   if (log.events().empty()) return Error{"no valid row: nothing is written"};
   tools::OutputFile out(path);
-  Outcome done = log.write(out.write_path());
+  Outcome done = out.check();
+  if (done) done = log.write(out.write_path());
   return done ? out.commit() : done;
 }
 

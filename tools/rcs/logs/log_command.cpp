@@ -5,6 +5,7 @@
 #include <map>
 
 #include "lcmtypes/channels.h"
+#include "rcs/base/printable.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/time_text.h"
 #include "tools/rcs/command.h"
@@ -120,7 +121,7 @@ int log_info(const std::string& path, bool json) {
     fmt::print("{:<18} {:>9} {:>9} {:>10} {:>9} {:>8} {:>8} {:>9}\n", "channel", "events", "Hz",
                "kB", "max B", "missing", "repeated", "malformed");
     for (const auto& [name, c] : channels) {
-      fmt::print("{:<18} {:>9} {:>9.2f} {:>10.1f} {:>9}", name, c.events, c.rate_hz(),
+      fmt::print("{:<18} {:>9} {:>9.2f} {:>10.1f} {:>9}", printable(name), c.events, c.rate_hz(),
                  static_cast<double>(c.bytes) * 1e-3, c.largest_bytes);
       if (c.known) {
         fmt::print(" {:>8} {:>8} {:>9}{}\n", c.missing, c.repeated, c.malformed,
@@ -141,12 +142,16 @@ int log_list_json(const std::string& path) {
   const auto text = [](const report::Json& value) {
     return value.dump(-1, ' ', false, report::Json::error_handler_t::replace);
   };
-  fmt::print("{{\"schema\": {}, \"log\": {}, \"events\": [", text(report::schema_name("log list")),
-             text(path));
   bool first = true;
+  // Not before the log is open: a command that cannot do its work prints no document.
+  const auto print_head = [&] {
+    fmt::print("{{\"schema\": {}, \"log\": {}, \"events\": [",
+               text(report::schema_name("log list")), text(path));
+  };
   const int status = for_each_event("log list", path, [&](const LogEvent& event) {
     const std::optional<recording::MessageHead> head =
         recording::read_head(event.channel, event.data);
+    if (first) print_head();
     fmt::print("{}\n{}", first ? "" : ",",
                text({{"log_utime", to_utime(event.stamp)},
                      {"number", event.number},
@@ -157,8 +162,10 @@ int log_list_json(const std::string& path) {
     first = false;
     return true;
   });
+  if (status != kExitOk) return status;  // interrupted: an incomplete list is not closed
+  if (first) print_head();
   fmt::print("]}}\n");
-  return status == kExitOk && first ? no_events("log list", path) : status;
+  return first ? no_events("log list", path) : status;
 }
 
 int log_list(const std::string& path) {
@@ -171,7 +178,7 @@ int log_list(const std::string& path) {
         recording::read_head(event.channel, event.data);
     fmt::print("{:<12} {:11.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
                time_of_day(to_utime(event.stamp)), seconds(event.stamp - *first), event.number,
-               event.channel, event.data.size(), head ? std::to_string(head->seq) : "-",
+               printable(event.channel), event.data.size(), head ? std::to_string(head->seq) : "-",
                head ? std::to_string(head->utime) : "-");
     return true;
   });

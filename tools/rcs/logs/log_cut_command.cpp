@@ -169,6 +169,15 @@ int LogCut::find() {
   const std::int64_t index =
       options_.occurrence > 0 ? options_.occurrence - 1 : count + options_.occurrence;
   if (index < 0 || index >= count) {
+    if (options_.json) {
+      fmt::print("{}", report::json_document(kCutName, {{"log", nullptr},
+                                                        {"events", 0},
+                                                        {"around",
+                                                         {{"event", options_.around},
+                                                          {"log_utime", nullptr},
+                                                          {"occurrence", nullptr},
+                                                          {"occurrences", count}}}}));
+    }
     return negative(
         kCutName,
         Error{count == 0
@@ -197,6 +206,7 @@ bool LogCut::wants(const LogEvent& event) const {
 
 int LogCut::copy() {
   tools::OutputFile out(options_.out);
+  if (Outcome checked = out.check(); !checked) return fail(kCutName, checked.error());
   Result<LogWriter> writer = LogWriter::create(out.write_path());
   if (!writer) return fail(kCutName, writer.error());
   bool first = options_.around.empty();

@@ -119,6 +119,7 @@ class LogMcap final : public Command {
     if (written) written = log.finish();
     if (written) written = (*file)->close();
     if (written && log.messages() == 0) {
+      report_result(log, options.clocks);
       return negative(kMcapName, {log_ + ": no message of this system in the selected channels"});
     }
     if (written) written = out.commit();
@@ -131,8 +132,9 @@ class LogMcap final : public Command {
     const mcap::ExportCounts& counts = log.counts();
     const std::vector<mcap::ExportedTopic> topics = log.topics();
     if (json_) {
-      report::Json json = {{"mcap", out_},
-                           {"bytes", log.bytes()},
+      const bool kept = log.messages() > 0;
+      report::Json json = {{"mcap", kept ? report::Json(out_) : report::Json()},
+                           {"bytes", kept ? log.bytes() : 0},
                            {"events", counts.events},
                            {"messages", log.messages()},
                            {"malformed", report::Json::object()},
@@ -149,8 +151,10 @@ class LogMcap final : public Command {
       fmt::print("{}", report::json_document(kMcapName, json));
       return;
     }
-    fmt::print(stderr, "{}: {:.1f} MB, {} messages on {} topics\n", out_,
-               static_cast<double>(log.bytes()) * 1e-6, log.messages(), topics.size());
+    if (log.messages() > 0) {
+      fmt::print(stderr, "{}: {:.1f} MB, {} messages on {} topics\n", out_,
+                 static_cast<double>(log.bytes()) * 1e-6, log.messages(), topics.size());
+    }
     for (const mcap::ExportedTopic& t : topics) {
       fmt::print(stderr, "  {:<28} {:<44} {:>9}\n", t.topic, t.type, t.messages);
     }

@@ -85,7 +85,7 @@ class Replay final : public Command {
     if (done) done = timing.commit();
     if (done) done = out.commit();
     if (!done) return fail(kReplayName, done.error());
-    const int status = out.in_place() ? kExitOk : summarize_run();
+    const int status = out.in_place() ? report_unread() : summarize_run();
     for (const std::string& fault : faults_) fmt::print(stderr, "rcs replay: {}\n", fault);
     return faults_.empty() ? status : kExitNegative;
   }
@@ -178,6 +178,15 @@ class Replay final : public Command {
       }
     }
     return fed;
+  }
+
+  /// The metrics are those of the log, and a device cannot be read back.
+  [[nodiscard]] int report_unread() const {
+    if (json_) {
+      const report::Json json = {{"log", out_}, {"faults", faults_}, {"metrics", nullptr}};
+      fmt::print("{}", report::json_document(kReplayName, json));
+    }
+    return kExitOk;
   }
 
   [[nodiscard]] int summarize_run() const {

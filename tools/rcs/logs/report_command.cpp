@@ -72,9 +72,15 @@ class ReportCommand final : public Command {
     }
     const Outcome read = read_runs();
     if (!read) return fail(kReportName, read.error());
-    print_metrics();
     if (const Outcome written = write_page(); !written) return fail(kReportName, written.error());
-    return judge();
+    const std::optional<double> factor = evaluation::ladar_factor(compared_);
+    if (min_factor_ > 0.0 && !factor) {
+      return fail(kReportName,
+                  Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
+                        "outage"});
+    }
+    print_metrics();
+    return judge(factor.value_or(0.0));
   }
 
  private:
@@ -125,20 +131,13 @@ class ReportCommand final : public Command {
   }
 
   /// Checks --min-factor.
-  [[nodiscard]] int judge() const {
-    if (min_factor_ <= 0.0) return kExitOk;
-    const std::optional<double> factor = evaluation::ladar_factor(compared_);
-    if (factor && *factor >= min_factor_) return kExitOk;
-    if (!factor) {
-      return fail(kReportName,
-                  Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
-                        "outage"});
-    }
+  [[nodiscard]] int judge(double factor) const {
+    if (min_factor_ <= 0.0 || factor >= min_factor_) return kExitOk;
     return negative(kReportName,
                     Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
                                       "that with it; at least {:g} times was required "
                                       "(--min-factor)",
-                                      *factor, min_factor_)});
+                                      factor, min_factor_)});
   }
 
   [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }

@@ -117,6 +117,7 @@ class Sim final : public Command {
 
   [[nodiscard]] Outcome into_log(const sim::Scenario& scenario) const {
     tools::OutputFile out(out_);
+    if (Outcome checked = out.check(); !checked) return checked;
     Result<LogWriter> writer = LogWriter::create(out.write_path());
     if (!writer) return writer.error();
     Progress progress(kSimName, Progress::kSteps);  // from the creation of the world on

@@ -267,16 +267,18 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] Outcome print(const std::vector<Vec2>& course) const {
     const std::string as_json = report::json_document(kMapLocalizabilityName, json());
-    fmt::print("{}", json_ ? as_json : text());
-    if (out_.empty()) return Done{};
-    Outcome written = tools::write_text(out_ + "/localizability.json", as_json);
-    if (written) {
-      written =
-          tools::write_text(out_ + "/localizability.svg", report::render(picture(course), true));
+    Outcome written = Done{};
+    if (!out_.empty()) {
+      written = tools::write_text(out_ + "/localizability.json", as_json);
+      if (written) {
+        written =
+            tools::write_text(out_ + "/localizability.svg", report::render(picture(course), true));
+      }
+      if (written && !along_.empty()) {
+        written = tools::write_text(out_ + "/path.svg", report::render(path_plot(), true));
+      }
     }
-    if (written && !along_.empty()) {
-      written = tools::write_text(out_ + "/path.svg", report::render(path_plot(), true));
-    }
+    if (written) fmt::print("{}", json_ ? as_json : text());
     return written;
   }
 

@@ -239,8 +239,8 @@ class MapLocate final : public Command {
     if (!json.contains("best")) return;
     const Json& b = json["best"];
     fmt::print(
-        "{}: east {:.2f} m, north {:.2f} m, up {:.2f} m, heading {:.2f} deg; sigma {:.2f}, {:.2f}, "
-        "{:.2f} m, {:.2f} deg\n",
+        "{}: east {:.2f} m, north {:.2f} m, up {:.2f} m, heading {:.2f} deg\n"
+        "  sigma: east {:.2f} m, north {:.2f} m, up {:.2f} m, heading {:.2f} deg\n",
         json["found"].get<bool>() ? "pose of the vehicle" : "best candidate (not confirmed)",
         b["east_m"].get<double>(), b["north_m"].get<double>(), b["up_m"].get<double>(),
         b["heading_deg"].get<double>(), b["sigma_east_m"].get<double>(),

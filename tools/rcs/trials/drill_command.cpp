@@ -151,14 +151,21 @@ class DrillCommand final : public Command {
     return kExitOk;
   }
 
+  template <typename Holds>
+  [[nodiscard]] bool any(Holds holds) const {
+    return std::any_of(results_.begin(), results_.end(), holds);
+  }
+  [[nodiscard]] bool all_skipped() const {
+    return !any([](const drills::DrillResult& r) { return r.skipped.empty(); });
+  }
+  /// True if the results are not those of all drills that were requested (status 3).
+  [[nodiscard]] bool prevented() const {
+    return all_skipped() || any([](const drills::DrillResult& r) { return !r.error.empty(); });
+  }
+
   [[nodiscard]] int status() const {
-    const auto any = [this](auto holds) {
-      return std::any_of(results_.begin(), results_.end(), holds);
-    };
-    if (!any([](const drills::DrillResult& r) { return r.skipped.empty(); })) {
-      return fail(kDrillName, Error{"no drill could run on " + log_});
-    }
-    if (any([](const drills::DrillResult& r) { return !r.error.empty(); })) return kExitInput;
+    if (all_skipped()) return fail(kDrillName, Error{"no drill could run on " + log_});
+    if (prevented()) return kExitInput;
     return any([](const drills::DrillResult& r) { return r.verdict() == drills::Verdict::kFail; })
                ? kExitNegative
                : kExitOk;
@@ -185,14 +192,11 @@ class DrillCommand final : public Command {
 
   [[nodiscard]] Outcome print_results() const {
     const std::string json = report::json_document(kDrillName, to_json(results_));
-    if (json_) {
-      fmt::print("{}", json);
-    } else {
-      fmt::print("{}", to_text(drills::drill_table(results_)));
-      for (const drills::DrillResult& r : results_) {
-        const std::string& why = r.error.empty() ? r.skipped : r.error;
-        if (!why.empty()) fmt::print(stderr, "rcs drill: {}: {}\n", r.drill.id, why);
-      }
+    if (!json_) fmt::print("{}", to_text(drills::drill_table(results_)));
+    if (json_ && !prevented()) fmt::print("{}", json);
+    for (const drills::DrillResult& r : results_) {
+      const std::string& why = r.error.empty() ? r.skipped : r.error;
+      if (!why.empty()) fmt::print(stderr, "rcs drill: {}: {}\n", r.drill.id, why);
     }
     if (out_.empty()) return Done{};
     Outcome written = tools::write_text(out_ + "/results.json", json);

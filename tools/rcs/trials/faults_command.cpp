@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "sim/scenario_file.h"
 #include "tools/base/files.h"
 #include "tools/drills/fault_metrics.h"
 #include "tools/rcs/campaign_terminal.h"
@@ -132,10 +133,15 @@ class FaultsCommand final : public Command {
     if (static_cast<int>(sources.size()) < plan_.faults) {
       return wrong_usage(kFaultsName, Error{"--faults: --only leaves too few sensors"});
     }
-    for (std::string& scenario : plan_.scenarios) scenario = find_config(scenario);
+    for (std::string& scenario : plan_.scenarios) {
+      scenario = find_config(scenario);
+      const Result<sim::Scenario> valid = sim::load_scenario(scenario, {});
+      if (!valid) return fail(kFaultsName, valid.error());
+    }
     config_ = find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kFaultsName, done.error());
+    if (any_failed()) return kExitInput;
     return passed() ? kExitOk : kExitNegative;
   }
 
@@ -228,10 +234,15 @@ class FaultsCommand final : public Command {
     return print_results();
   }
 
+  /// True if a file or the system prevented a run.
+  [[nodiscard]] bool any_failed() const {
+    return std::any_of(results_.begin(), results_.end(),
+                       [](const drills::FaultRun& r) { return !r.error.empty(); });
+  }
+
   [[nodiscard]] bool passed() const {
     const report::Json sums = drills::fault_summary(results_);
-    for (const char* key :
-         {"failed", "above_limit", "outside_level", "missed_alerts", "wrongly_excluded"}) {
+    for (const char* key : {"above_limit", "outside_level", "missed_alerts", "wrongly_excluded"}) {
       if (sums.at(key).get<int>() > 0) return false;
     }
     return true;
@@ -245,7 +256,7 @@ class FaultsCommand final : public Command {
     }
     const std::string text = report::json_document(kFaultsName, json);
     if (json_) {
-      fmt::print("{}", text);
+      if (!any_failed()) fmt::print("{}", text);
     } else {
       const report::Table violations = drills::violation_table(results_, kShown);
       fmt::print("{}", to_text(drills::fault_table(results_)));

@@ -21,6 +21,7 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kRegisterName = "register";
+constexpr double kMaxGuess_m = 1e6;  // per axis; clouds are smaller
 
 /// Parses a rigid motion: sixteen numbers, row-major.
 Result<Pose> parse_pose(const std::string& text) {
@@ -32,10 +33,17 @@ Result<Pose> parse_pose(const std::string& text) {
     for (int j = 0; j < 3; ++j) R(i, j) = at(i, j);
   }
   const bool last_row = at(3, 0) == 0.0 && at(3, 1) == 0.0 && at(3, 2) == 0.0 && at(3, 3) == 1.0;
-  if ((R.transpose() * R - Mat3::Identity()).norm() > 1e-3 || R.determinant() < 0.0 || !last_row) {
+  // The error of huge numbers is not a number.
+  const bool rotation =
+      (R.transpose() * R - Mat3::Identity()).norm() <= 1e-3 && R.determinant() > 0;
+  if (!rotation || !last_row) {
     return Error{"--guess: not a rigid motion; expected a rotation, a translation and 0 0 0 1"};
   }
-  return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
+  const Vec3 translation(at(0, 3), at(1, 3), at(2, 3));
+  if (translation.cwiseAbs().maxCoeff() > kMaxGuess_m) {
+    return Error{fmt::format("--guess: expected a translation of -{0:g} to {0:g} m", kMaxGuess_m)};
+  }
+  return Pose{Quat(R).normalized(), translation};
 }
 
 report::Json row_major(const Eigen::MatrixXd& m) {
@@ -247,16 +255,16 @@ class Register final : public Command {
     const studies::ClosestPoints before = studies::closest_points(tree, data->points, guess);
     const studies::ClosestPoints after =
         studies::closest_points(tree, data->points, answer.T_model_data);
+    if (!plot_.empty()) {
+      const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
+      if (!drawn) return fail(kRegisterName, drawn.error());
+    }
     if (json_) {
       fmt::print(
           "{}", report::json_document(kRegisterName, to_json(*model, *data, answer, before.mean_m(),
                                                              after.mean_m())));
     } else {
       print_results(*model, *data, answer, before.mean_m(), after.mean_m());
-    }
-    if (!plot_.empty()) {
-      const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
-      if (!drawn) return fail(kRegisterName, drawn.error());
     }
     if (answer.good) return kExitOk;
     return negative(kRegisterName, Error{why_not(answer)});

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/base/printable.h"
 #include "rcs/base/text.h"
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
@@ -106,9 +107,9 @@ class Explain final : public Command {
       }
       all.insert(all.end(), found.begin(), found.end());
     }
-    if (json_) {
+    if (json_ && status == kExitOk) {
       print_json("config explain", all);
-    } else {
+    } else if (!json_) {
       for (const ParamDescription& p : all) print(p);
     }
     return status;
@@ -152,7 +153,7 @@ class Check final : public Command {
       valid = valid && problems.empty();
       out["files"].push_back({{"file", path}, {"problems", problems}});
       if (json_) continue;
-      for (const std::string& problem : problems) fmt::print("{}\n", problem);
+      for (const std::string& problem : problems) fmt::print("{}\n", printable(problem));
       if (problems.empty()) fmt::print("{}: no errors\n", path);
     }
     if (json_) fmt::print("{}", report::json_document("config check", out));

@@ -23,6 +23,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
+#include "tools/rcs/standard_streams.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
@@ -190,8 +191,7 @@ class OperatorSession {
         fmt::format("{}{}{}{}{}", name_of(current.state), state().empty() ? "" : ", ", state(),
                     current.reason.empty() ? "" : ": ", current.reason);
     if (terminal_) {
-      fmt::print(stderr, "\r\033[Krcs go: {:5.1f} s  {}", seconds(since), text);
-      std::fflush(stderr);
+      replace_line(fmt::format("rcs go: {:5.1f} s  {}", seconds(since), text));
     } else if (text != shown_ && current.state != CommandProgress::State::kSent) {
       fmt::print(stderr, "rcs go: {:5.1f} s  {}\n", seconds(since), text);
     } else {
@@ -277,7 +277,9 @@ class Go final : public Command {
     const Stamp begin = session.now();
     const Ending ending = pursue(&session, *command);
     session.end_line();
-    if (json_) {
+    if (const Outcome status = (*bus)->status(); !status) return fail(kGoName, status.error());
+    const bool no_bg = !ending.good && session.state().empty();
+    if (json_ && !no_bg && !was_interrupted()) {
       const report::Json j = {{"command", name_of_kind(command->kind)},
                               {"result", ending.result},
                               {"reason", ending.reason},
@@ -286,10 +288,8 @@ class Go final : public Command {
                               {"time_s", seconds(session.now() - begin)}};
       fmt::print("{}", report::json_document(kGoName, j));
     }
-    if (const Outcome status = (*bus)->status(); !status) return fail(kGoName, status.error());
     if (ending.good && !json_) fmt::print("{}\n", effect_of(command->kind));
     if (ending.good) return kExitOk;
-    const bool no_bg = session.state().empty();
     return no_bg ? fail(kGoName, Error{ending.reason}) : negative(kGoName, Error{ending.reason});
   }
 
@@ -382,6 +382,7 @@ class Go final : public Command {
 
   [[nodiscard]] Ending drive(OperatorSession* session, rcs::Command command) const {
     if (datum_) into_world_of(session, &command);
+    if (was_interrupted()) return {false, "interrupted", "interrupted"};  // nothing was sent
     Ending ending = session->pursue(command, most(), from_seconds(patience_s_));
     if (ending.result != "interrupted" && ending.result != "timeout") return ending;
     session->end_line();

@@ -171,10 +171,47 @@ double days_until(const std::string& utc) {
   return (static_cast<double>(timegm(&t)) - 1e-6 * static_cast<double>(wall_utime())) / 86400.0;
 }
 
+/// Errors have the path, unlike the exceptions of std::filesystem.
+Result<bool> is_there(const fs::path& path) {
+  std::error_code failed;
+  const fs::file_status status = fs::status(path, failed);
+  if (status.type() == fs::file_type::none) {
+    return Error{fmt::format("{}: {}", path.string(), failed.message())};
+  }
+  return fs::exists(status);
+}
+
+Result<std::vector<fs::path>> entries_of(const fs::path& folder) {
+  std::error_code failed;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator at(folder, failed); !failed && at != fs::directory_iterator();
+       at.increment(failed)) {
+    entries.push_back(at->path());
+  }
+  if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
+  return entries;
+}
+
+/// The folders of the identities.
+Result<std::vector<fs::path>> identities_in(const fs::path& folder) {
+  Result<std::vector<fs::path>> entries = entries_of(folder);
+  if (!entries) return entries;
+  std::vector<fs::path> found;
+  for (const fs::path& entry : *entries) {
+    const Result<bool> identity = is_there(entry / "identity.pem");
+    if (!identity) return identity.error();
+    if (*identity) found.push_back(entry);
+  }
+  return found;
+}
+
+/// The name of a folder while it is filled; no name of an identity has a dot.
+fs::path partial_of(const fs::path& folder) { return folder.string() + ".partial"; }
+
 /// A folder that is created completely or not at all.
 template <class Fill>
 Outcome make_whole(const fs::path& folder, const Fill& fill) {
-  const fs::path partial = folder.string() + ".partial";  // no name of an identity has a dot
+  const fs::path partial = partial_of(folder);
   std::error_code failed;
   fs::remove_all(partial, failed);  // of a run that was interrupted
   if (::mkdir(partial.c_str(), 0700) != 0) {
@@ -239,13 +276,28 @@ Result<KeyFolder> KeyFolder::open(const std::string& path) {
   std::error_code failed;
   fs::create_directories(path, failed);
   if (failed) return Error{fmt::format("{}: {}", path, failed.message())};
-  if (fs::exists(fs::path(path) / kAuthorities)) return keys;
-  if (!fs::is_empty(path, failed)) {
+  const Result<bool> made_before = is_there(fs::path(path) / kAuthorities);
+  if (!made_before) return made_before.error();
+  if (*made_before) return keys;
+  const Result<std::vector<fs::path>> entries = entries_of(path);
+  if (!entries) return entries.error();
+  // An interrupted run may have left an incomplete folder of authorities.
+  const bool foreign = std::any_of(entries->begin(), entries->end(), [](const fs::path& entry) {
+    return entry.filename() != partial_of(kAuthorities);
+  });
+  if (foreign) {
     return Error{path + ": not empty, and not a folder of keys: no authorities (ca/)"};
   }
   if (Outcome made = keys.make_authorities(); !made) return made.error();
   keys.authorities_made_ = true;
   return keys;
+}
+
+Result<KeyFolder> KeyFolder::open_existing(const std::string& path) {
+  const Result<bool> made = is_there(fs::path(path) / kAuthorities);
+  if (!made) return made.error();
+  if (*made) return KeyFolder(path);
+  return Error{path + ": no keys; create them with --vehicle, --operator or --observer"};
 }
 
 Result<bool> KeyFolder::add(const std::string& name, KeyRole role, int days) const {
@@ -254,7 +306,9 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role, int days) con
                              name, kAuthorities)};
   }
   const fs::path folder = fs::path(path_) / name;
-  if (fs::exists(folder)) {
+  const Result<bool> known = is_there(folder);
+  if (!known) return known.error();
+  if (*known) {
     const Result<std::string> there = tools::read_text((folder / "permissions.xml").string());
     if (!there) return there.error();
     if (there->find(grant_name(name, role)) != std::string::npos) return false;
@@ -290,8 +344,10 @@ Outcome KeyFolder::make_identity(const std::string& folder, const std::string& n
     if (Outcome made = certify(authorities, made_in, name, role, days); !made) return made;
     for (const char* const file :
          {"identity_ca.pem", "permissions_ca.pem", "governance.p7s", kRevocations}) {
+      const Result<bool> made = is_there(authorities / file);
+      if (!made) return made.error();
+      if (file == std::string_view(kRevocations) && !*made) continue;
       std::error_code failed;
-      if (file == std::string_view(kRevocations) && !fs::exists(authorities / file)) continue;
       fs::copy_file(authorities / file, made_in / file, failed);
       if (failed) return Error{fmt::format("{}: {}", (made_in / file).string(), failed.message())};
     }
@@ -310,7 +366,9 @@ Outcome KeyFolder::renew(const std::string& name, int days) const {
 }
 
 Outcome KeyFolder::revoke(const std::string& name) const {
-  if (!fs::exists(fs::path(path_) / name / "identity.pem")) {
+  const Result<bool> identity = is_there(fs::path(path_) / name / "identity.pem");
+  if (!identity) return identity.error();
+  if (!*identity) {
     std::string all;
     if (const Result<std::vector<KeyIdentity>> known = identities(); known) {
       for (const KeyIdentity& k : *known) all += (all.empty() ? "" : ", ") + k.name;
@@ -321,10 +379,15 @@ Outcome KeyFolder::revoke(const std::string& name) const {
   const fs::path authorities = fs::path(path_) / kAuthorities;
   const fs::path config = authorities / "revocation.cnf";
   const fs::path index = authorities / "index.txt";
-  if (!fs::exists(index)) {
+  const Result<bool> indexed = is_there(index);
+  if (!indexed) return indexed.error();
+  if (!*indexed) {
     if (Outcome w = tools::write_text(index.string(), ""); !w) return w;
   }
-  const std::string text = fmt::format(kRevocationConfig, fs::absolute(authorities).string());
+  std::error_code failed;
+  const fs::path absolute = fs::absolute(authorities, failed);
+  if (failed) return Error{fmt::format("{}: {}", authorities.string(), failed.message())};
+  const std::string text = fmt::format(kRevocationConfig, absolute.string());
   if (Outcome w = tools::write_text(config.string(), text); !w) return w;
   Outcome revoked = run_openssl({"ca", "-config", config.string(), "-revoke",
                                  (fs::path(path_) / name / "identity.pem").string()});
@@ -332,11 +395,11 @@ Outcome KeyFolder::revoke(const std::string& name) const {
   const fs::path list = authorities / kRevocations;
   Outcome made = run_openssl({"ca", "-config", config.string(), "-gencrl", "-out", list.string()});
   if (!made) return made;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
-    if (!fs::exists(entry.path() / "identity.pem")) continue;
-    std::error_code failed;
-    fs::copy_file(list, entry.path() / kRevocations, fs::copy_options::overwrite_existing, failed);
-    if (failed) return Error{fmt::format("{}: {}", entry.path().string(), failed.message())};
+  const Result<std::vector<fs::path>> folders = identities_in(path_);
+  if (!folders) return folders.error();
+  for (const fs::path& folder : *folders) {
+    fs::copy_file(list, folder / kRevocations, fs::copy_options::overwrite_existing, failed);
+    if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
   }
   return Done{};
 }
@@ -345,26 +408,28 @@ Result<std::vector<KeyIdentity>> KeyFolder::identities() const {
   std::vector<KeyIdentity> all;
   const fs::path authorities = fs::path(path_) / kAuthorities;
   std::string revoked;
-  if (fs::exists(authorities / "index.txt")) {
+  const Result<bool> any_revoked = is_there(authorities / "index.txt");
+  if (!any_revoked) return any_revoked.error();
+  if (*any_revoked) {
     const Result<std::string> index = tools::read_text((authorities / "index.txt").string());
     if (!index) return index.error();
     revoked = *index;
   }
-  for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
-    if (!fs::exists(entry.path() / "identity.pem")) continue;
+  const Result<std::vector<fs::path>> folders = identities_in(path_);
+  if (!folders) return folders.error();
+  for (const fs::path& folder : *folders) {
     KeyIdentity one;
-    one.name = entry.path().filename().string();
-    const Result<std::string> rights =
-        tools::read_text((entry.path() / "permissions.xml").string());
+    one.name = folder.filename().string();
+    const Result<std::string> rights = tools::read_text((folder / "permissions.xml").string());
     if (!rights) return rights.error();
     const std::optional<KeyRole> role = role_in(*rights, one.name);
     one.role = role ? std::string(text(*role)) : "unknown";
-    const Result<std::string> until = end_of(entry.path() / "identity.pem");
+    const Result<std::string> until = end_of(folder / "identity.pem");
     if (!until) return until.error();
     one.valid_until = *until;
     one.days_left = days_until(*until);
-    const Result<std::string> serial = openssl_output(
-        {"x509", "-serial", "-noout", "-in", (entry.path() / "identity.pem").string()});
+    const Result<std::string> serial =
+        openssl_output({"x509", "-serial", "-noout", "-in", (folder / "identity.pem").string()});
     if (!serial) return serial.error();
     const std::size_t equals = serial->find('=');
     const std::string number = serial->substr(equals + 1, serial->find('\n') - equals - 1);

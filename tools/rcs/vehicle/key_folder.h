@@ -37,6 +37,8 @@ class KeyFolder {
  public:
   /// Creates the authorities if the folder has none.
   static Result<KeyFolder> open(const std::string& path);
+  /// An error if the folder has no authorities.
+  static Result<KeyFolder> open_existing(const std::string& path);
 
   static constexpr int kDays = 365;
 

@@ -61,7 +61,9 @@ class Keys final : public Command {
   }
 
   int run() override {
-    const Result<KeyFolder> keys = KeyFolder::open(directory_);
+    const bool creates = !vehicles_.empty() || !operators_.empty() || !observers_.empty();
+    const Result<KeyFolder> keys =
+        creates ? KeyFolder::open(directory_) : KeyFolder::open_existing(directory_);
     if (!keys) return fail(kKeysName, keys.error());
     if (keys->authorities_made() && !json_) fmt::print("made  {}/ca\n", directory_);
     const bool all = add(*keys, vehicles_, KeyRole::kVehicle) &&

@@ -83,12 +83,12 @@ class PredictCommand final : public Command {
       return fail(kPredictName,
                   Error{"WM rejected the path: at most 1000 points, within 10000 km"});
     }
+    if (answer->n < 1) return fail(kPredictName, Error{"the response has no points"});
     if (json_) {
       print_json(*answer);
     } else {
       print_table(*answer);
     }
-    if (answer->n < 1) return fail(kPredictName, Error{"the response has no points"});
     const float most =
         *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
     if (!limit_m_ || most <= *limit_m_) return kExitOk;

@@ -17,6 +17,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/top_screen.h"
 #include "tools/report/json_document.h"
 
@@ -139,7 +140,7 @@ class Top final : public Command {
   }
 
   int run() override {
-    const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
+    const StopSignals stop;
     const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
     if (!opened) return fail(kTopName, opened.error());
     LcmBus* const bus = opened->get();
@@ -157,6 +158,10 @@ class Top final : public Command {
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
     if (const Outcome status = bus->status(); !status) return fail(kTopName, status.error());
+    if (step == Timeline::Step::kEnded) {
+      note_interrupt();
+      return fail(kTopName, Error{"interrupted"});
+    }
     const evaluation::TopView view = model->view(timeline->now(), wall_utime());
     fmt::print(
         "{}", json_ ? report::json_document(kTopName, to_json(view)) : plain_text(top_lines(view)));

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
@@ -25,6 +26,7 @@
 #include "rcs/node/report.h"
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
+#include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
@@ -133,6 +135,8 @@ class Up final : public Command {
  private:
   [[nodiscard]] Outcome check(const std::string& name, const StopSignals& stop);
   [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
+  /// Prints the result of --check. @return exit status
+  [[nodiscard]] int print_check(const std::vector<std::string>& nodes, const Outcome& good) const;
   [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
                                             const std::vector<std::string>& nodes);
   [[nodiscard]] Outcome keep_copy(const ParamFile& params);
@@ -177,9 +181,15 @@ class Up final : public Command {
 int Up::run() {
   config_ = find_config(config_);
   const Result<ParamFile> params = ParamFile::load(config_);
-  if (!params) return fail(kUpName, params.error());
+  // As `rcs config check`: a file that can be read and is not valid is a negative result.
+  if (!params) {
+    const bool readable = check_ && tools::read_text(config_);
+    return readable ? print_check({}, params.error()) : fail(kUpName, params.error());
+  }
   const Result<ProcessTables> tables = read_process_tables(*params);
-  if (!tables) return fail(kUpName, tables.error());
+  if (!tables) {
+    return check_ ? print_check({}, tables.error()) : fail(kUpName, tables.error());
+  }
   const std::vector<std::string>& nodes = tables->nodes;
   for (const auto& [name, realtime] : tables->realtime) {
     if (std::find(nodes.begin(), nodes.end(), name) == nodes.end()) {
@@ -188,22 +198,13 @@ int Up::run() {
     }
   }
 
-  const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
+  const StopSignals stop;
   Outcome good = check_all(*tables, stop);
   if (good) good = report_latched_stop(*params, nodes);
-  if (check_ && json_) {
-    fmt::print("{}",
-               report::json_document(kUpName, {{"config", config_},
-                                               {"nodes", nodes},
-                                               {"valid", good.ok()},
-                                               {"reason", good ? "" : good.error().message}}));
-    return good ? kExitOk : kExitNegative;
-  }
-  if (!good) return check_ ? negative(kUpName, good.error()) : fail(kUpName, good.error());
-  if (check_) {
-    fmt::print("rcs up: {} is valid for its {} nodes\n", config_, nodes.size());
-    return kExitOk;
-  }
+  if (check_) return print_check(nodes, good);
+  if (!good) return fail(kUpName, good.error());
+  // A reader of the messages may end (`rcs up ... | head`): the vehicle goes on.
+  (void)std::signal(SIGPIPE, SIG_IGN);
 
   if (Outcome kept = keep_copy(*params); !kept) return fail(kUpName, kept.error());
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
@@ -236,6 +237,20 @@ int Up::run() {
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kUpName, done.error());
   print("all stopped");
+  return kExitOk;
+}
+
+int Up::print_check(const std::vector<std::string>& nodes, const Outcome& good) const {
+  if (json_) {
+    fmt::print("{}",
+               report::json_document(kUpName, {{"config", config_},
+                                               {"nodes", nodes},
+                                               {"valid", good.ok()},
+                                               {"reason", good ? "" : good.error().message}}));
+    return good ? kExitOk : kExitNegative;
+  }
+  if (!good) return negative(kUpName, good.error());
+  fmt::print("rcs up: {} is valid for its {} nodes\n", config_, nodes.size());
   return kExitOk;
 }
 
