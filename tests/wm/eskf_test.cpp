@@ -52,6 +52,42 @@ TEST(StartEpoch, KeepsTheOtherStates) {
   EXPECT_GT(smallest_eigenvalue(cloned.P), -1e-9);
 }
 
+// After a silence the heading is known to 14 deg, but the vehicle drives along it: its velocity
+// turns with the heading. A speed that is off, here by a wrong pitch and gravity, is no heading.
+TEST(UpdateIterated, TheMeasuredSpeedDoesNotObserveAHeadingThatIsNotKnown) {
+  constexpr double kSpeed_mps = 9.7;
+  constexpr double kHeading_rad = 0.25;
+  Belief b;
+  b.x.T_world_vehicle.q = exp_so3(Vec3(0.0, 0.0, 1.2));
+  b.x.v_world = b.x.T_world_vehicle.q * Vec3(kSpeed_mps, 0.0, 0.0);
+  b.x.inertial = true;
+  b.P = 1e-6 * Cov::Identity();
+  // Errors: heading, with the velocity across; pitch, with the speed that gravity has added to it.
+  ErrorState heading = ErrorState::Zero();
+  heading[kAttitude + 2] = kHeading_rad;
+  heading.segment<3>(kVelocity) = b.x.T_world_vehicle.q * Vec3(0.0, kSpeed_mps * kHeading_rad, 0.0);
+  ErrorState pitch = ErrorState::Zero();
+  pitch[kAttitude + 1] = 0.125;
+  pitch.segment<3>(kVelocity) = b.x.T_world_vehicle.q * Vec3(0.06, 0.0, -kSpeed_mps * 0.125);
+  b.P += heading * heading.transpose() + pitch * pitch.transpose();
+  const auto residual_at = [](const NavState& x) {
+    const Vec3 v = x.T_world_vehicle.q.conjugate() * x.v_world;
+    Residual<1> z;
+    z.r[0] = kSpeed_mps + 0.12 - v.x();
+    z.H.middleCols<3>(kVelocity) = x.T_world_vehicle.q.toRotationMatrix().col(0).transpose();
+    z.H.middleCols<3>(kAttitude) = Vec3(0.0, -v.z(), v.y()).transpose();
+    z.R(0, 0) = 0.07 * 0.07;
+    return z;
+  };
+  const Fusion<1> f = update_iterated<1>(b, residual_at, kNoGate, 0.15);
+  ASSERT_EQ(f.reason, Reason::kAccepted);
+  const Vec3 turn = log_so3(b.x.T_world_vehicle.q.conjugate() * f.belief.x.T_world_vehicle.q);
+  EXPECT_GT(turn.y(), 0.03);  // beyond the first, linear step
+  EXPECT_LT(std::abs(turn.z()), 0.01);
+  EXPECT_GT(std::sqrt(f.belief.P(kAttitude + 2, kAttitude + 2)), 0.9 * kHeading_rad);
+  EXPECT_GT(smallest_eigenvalue(f.belief.P), -1e-9);
+}
+
 TEST(LoosenWorld, KeepsTheCovarianceInTheRollingMap) {
   const Belief b =
       start_epoch(some_belief(3), {exp_so3(Vec3(0.1, 0.2, 0.3)), Vec3(9.0, 8.0, 7.0)}, 1);
