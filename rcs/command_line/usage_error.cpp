@@ -119,6 +119,9 @@ std::string rejected_value(const CLI::App& command, const std::string& message) 
   return message;
 }
 
+/// Such as --record [FOLDER].
+bool is_optional(const CLI::Option& option) { return option.get_items_expected_min() == 0; }
+
 std::string required_value(const CLI::App& command, const std::string& name) {
   return fmt::format("{}: a value is required ({})", name, expected_type(command, name));
 }
@@ -250,7 +253,9 @@ std::string missing_value(const CLI::App& app, int argc, const char* const* argv
     }
     const std::size_t equals = word.find('=');
     const CLI::Option* option = option_with_value(*command, word.substr(0, equals));
-    if (option == nullptr) continue;                          // a flag, unknown, or "-oFILE"
+    if (option == nullptr) continue;  // a flag, unknown, or "-oFILE"
+    const bool alone = equals == std::string::npos && (i + 1 == argc || is_option(argv[i + 1]));
+    if (alone && is_optional(*option)) continue;
     if (equals == std::string::npos && i + 1 == argc) break;  // CLI11 reports it
     const std::string value = equals == std::string::npos ? argv[++i] : word.substr(equals + 1);
     if (value.empty() || (equals == std::string::npos && is_option(value))) {
@@ -266,6 +271,7 @@ void check_values(const CLI::App& app) {
     if (value.empty()) continue;  // a flag
     const bool tuple = value.find(',') != std::string::npos;
     for (const std::string& text : option->results()) {
+      if (text.empty() && is_optional(*option)) continue;
       if (text.empty()) throw CLI::ValidationError(required_value(app, option->get_name()));
       if (value == "NUMBER" || value == "INTEGER" || tuple) check_finite(*option, text);
       if (value == "INTEGER") check_integer(app, *option, text);

@@ -27,6 +27,7 @@ class Node : public testing::Test {
     app_.add_option("--seeds", seeds_)->check(CLI::PositiveNumber);
     app_.add_option("--outage", outage_)->delimiter(',')->expected(2)->type_name("BEGIN,LENGTH");
     app_.add_option("-o,--out", out_)->type_name("FILE");
+    app_.add_option("--record", record_)->expected(0, 1)->type_name("[FOLDER]");
     app_.add_option("--seed", seed_);
     app_.add_option("--first", first_);
     CLI::Option* check = app_.add_flag("--check", check_);
@@ -50,6 +51,7 @@ class Node : public testing::Test {
   std::string config_;
   std::string method_;
   std::string out_;
+  std::string record_;
   double radius_ = 0.0;
   int seeds_ = 1;
   std::optional<std::int64_t> seed_;
@@ -136,6 +138,13 @@ TEST_F(Node, AnIntegerIsDecimalAndFitsItsType) {
   EXPECT_THAT(error({"a", "--seed", "0x10"}), HasSubstr("--seed: expected an integer"));
   EXPECT_THAT(error({"a", "--first", "-1"}), HasSubstr("--first: expected an integer, at least 0"));
   EXPECT_THAT(error({"a", "--seeds", "4294967297"}), HasSubstr("--seeds: expected an integer"));
+}
+
+TEST_F(Node, AnOptionalValueMayBeMissing) {
+  EXPECT_EQ(parsed({"a", "--record"}), std::nullopt);
+  EXPECT_EQ(parsed({"a", "--record", "--check"}), std::nullopt);
+  EXPECT_EQ(parsed({"a", "--record", "folder"}), std::nullopt);
+  EXPECT_EQ(record_, "folder");
 }
 
 TEST_F(Node, TheNextOptionIsNoValue) {

@@ -94,7 +94,7 @@ TEST_F(Reference, MessagePageHasEveryFieldWithItsUnit) {
   EXPECT_THAT(messages, HasSubstr("| `BG_STATUS` | output | [status_t](#status_t) | bg | 20 Hz |"));
   EXPECT_THAT(messages, HasSubstr("| `v_world_mps` | double[3] | m/s |"));
   EXPECT_THAT(messages, HasSubstr("| `cov_world_pose` | double[6][6] |"));
-  EXPECT_THAT(messages, HasSubstr("| `MODE_LOST` | 7 | no source |"));
+  EXPECT_THAT(messages, HasSubstr("| `MODE_LOST` | 7 | no source: the pose becomes invalid |"));
 }
 
 TEST_F(Reference, EventsNameOnlyKeysThatExist) {
