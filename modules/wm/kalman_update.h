@@ -181,7 +181,7 @@ template <int M, class F>
   constexpr double kConverged = 1e-4;  // [rad, m, m/s]: far below any sigma
   constexpr double kNoGate = std::numeric_limits<double>::infinity();
   const Residual<M> first_residual = residual_at(b.x);
-  const Fusion<M> first = update(b, first_residual, gate);
+  Fusion<M> first = update(b, first_residual, gate);
   if (first.reason != Reason::kAccepted || turn_of(b, first.belief) <= kLinear_rad) return first;
   const VehicleVelocity prior(b.x);
   const Cov P = prior.from_world(b.P);
