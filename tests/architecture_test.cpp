@@ -117,8 +117,8 @@ constexpr char kShell[] = "modules/.*_(node|main|config)\\..*";
 
 /// Files that may have threads.
 constexpr char kThreadsIn[] =
-    "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|"
-    "modules/gateway/dds_link\\..*|tools/.*|tests/.*)";
+    "(rcs/prior/async_tile_loader|rcs/node/(stop_writer|bus/udpm_receiver|process/worker_thread)|"
+    "modules/gateway/dds_link)\\..*|(tools|tests)/.*";
 
 /// Text that only some files may contain. The pattern `what` is searched in the included name or in
 /// the code.

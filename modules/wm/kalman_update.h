@@ -55,16 +55,18 @@ inline void reset_error(const ErrorState& d, Cov* P) {
   P->middleCols<6>(kRolling) = (P->middleCols<6>(kRolling) * K.transpose()).eval();
 }
 
-/// Kalman update of a covariance in Joseph form, and the gain.
+/// The part of a Kalman update that does not depend on the kind of the state.
 template <int M>
 struct Gain {
   Mat<kSize, M> K = Mat<kSize, M>::Zero();
-  Cov P;
+  Cov P;  ///< updated, in the tangent space of the prior; not set when rejected
   double nis = 0.0;
   Vec<M> sigma = Vec<M>::Zero();
   Reason reason = Reason::kInvalid;
 };
 
+/// Joseph form.
+/// @param gate  on the NIS; a measurement above it is rejected (kGate)
 template <int M>
 [[nodiscard]] Gain<M> gain_of(const Cov& P, const Residual<M>& z, double gate) {
   Gain<M> out;
@@ -97,8 +99,7 @@ template <int M>
   return out;
 }
 
-/// Kalman update.
-/// @param gate  on the NIS; a measurement above it is rejected (kGate) and changes nothing
+/// Kalman update; a measurement that is rejected changes nothing.
 template <int M>
 [[nodiscard]] Fusion<M> update(const Belief& b, const Residual<M>& z, double gate) {
   const Gain<M> g = gain_of(b.P, z, gate);

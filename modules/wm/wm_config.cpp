@@ -416,7 +416,8 @@ void read_fde(ParamTable table, TrustParams* p) {
             "deviation, in the tests of the GPS velocity.");
   table.get("attitude_sigma_rad", &p->attitude_sigma_rad, {1e-3, 1},
             "Largest attitude standard deviation (without INS: of the heading) with which "
-            "sub-filters are branched. Larger: earlier but weaker fault detection.");
+            "sub-filters are branched; at rest the heading may be known to 0.02 rad only. Larger: "
+            "earlier but weaker fault detection.");
   table.get("cusum", &p->cusum, {3, 1000},
             "Limit of the cumulative sum of excess GPS velocity, in standard deviations, above "
             "which GPS is excluded. Larger: fewer false exclusions, later detection.");

@@ -1,12 +1,10 @@
 #include "rcs/node/stop_writer.h"
 
-#include <pthread.h>
-
 #include <cerrno>
-#include <csignal>
 #include <utility>
 
 #include "rcs/base/check.h"
+#include "rcs/node/process/worker_thread.h"
 
 namespace rcs {
 
@@ -14,13 +12,7 @@ std::optional<Outcome> StopWriterInCall::finished() { return std::exchange(resul
 
 StopWriterThread::StopWriterThread(Io io) : io_(std::move(io)) {
   RCS_CHECK(sem_init(&waiting_, 0, 0) == 0);
-  // A thread inherits the signal mask: only the thread of the cycles handles signals.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { work(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  thread_ = worker_thread([this] { work(); });
 }
 
 StopWriterThread::~StopWriterThread() {

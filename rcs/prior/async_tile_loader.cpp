@@ -1,31 +1,23 @@
 #include "rcs/prior/async_tile_loader.h"
 
-#include <pthread.h>
-
 #include <cerrno>
-#include <csignal>
 #include <future>
 #include <utility>
 
 #include "rcs/base/check.h"
 #include "rcs/node/process/realtime.h"
+#include "rcs/node/process/worker_thread.h"
 
 namespace rcs {
 
 AsyncTileLoader::AsyncTileLoader(std::string map) : map_(std::move(map)) {
   RCS_CHECK(sem_init(&waiting_, 0, 0) == 0);
-  // A thread inherits the signal mask: only the thread of the cycles handles signals.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
   std::promise<void> in_background;
-  thread_ = std::thread([this, &in_background] {
+  thread_ = worker_thread([this, &in_background] {
     (void)run_in_background();  // if refused: normal priority
     in_background.set_value();
     work();
   });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   in_background.get_future().wait();
 }
 

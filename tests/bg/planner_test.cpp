@@ -9,54 +9,52 @@
 namespace rcs::bg {
 namespace {
 
-/// Walls at 8 m from the goal at (14, 0) m.
-vj::Terrain enclosure() {
-  return test::level_field(128, [](double x, double y) {
-    return std::abs(std::max(std::abs(x - 14.0), std::abs(y)) - 8.0) < 0.5;
-  });
-}
-
-Stamp at(double t_s) { return Stamp(from_seconds(t_s)); }
-
-TEST(Planner, EachTaskSearchesForAnEnclosedGoal) {
-  const vj::Terrain terrain = enclosure();
-  ObstacleDistance obstacles;
-  obstacles.compute(terrain, {});
-  Planner planner({}, {}, {}, 2.0);
-  planner.note({}, terrain, obstacles);
-  const Planner::Query query{terrain, obstacles, {}, {14.0, 0.0, 2.0}, std::nullopt};
-  Path path;
-  planner.plan(query, at(10.0), 2000, &path);
-  EXPECT_EQ(planner.enclosed_since(), at(10.0));
-  planner.plan(query, at(20.0), 2000, &path);
-  EXPECT_EQ(planner.enclosed_since(), at(10.0));
-  planner.begin_task();
-  planner.plan(query, at(20.2), 2000, &path);
-  EXPECT_EQ(planner.enclosed_since(), at(20.2));
-}
-
-// The place near the goal where the vehicle looks at it again is outside of the walls, and can
-// always be reached: a vehicle that drives around them looks for ever.
-TEST(Planner, TheTimeOfAnEnclosedGoalCountsWhileTheVehicleComesNoNearer) {
-  const vj::Terrain terrain = enclosure();
-  ObstacleDistance obstacles;
-  obstacles.compute(terrain, {});
-  Planner planner({}, {}, {}, 10.0);
-  planner.note({}, terrain, obstacles);
-  Path path;
-  const auto plan = [&](double x_m, double y_m, double t_s) {
+/// A goal at (14, 0) m within walls at 8 m from it.
+class EnclosedGoal : public testing::Test {
+ protected:
+  explicit EnclosedGoal(double near_goal_m = 2.0) : planner_({}, {}, {}, near_goal_m) {
+    obstacles_.compute(terrain_, {});
+    planner_.note({}, terrain_, obstacles_);
+  }
+  /// @return since when the goal has been enclosed [s]
+  double plan(double x_m, double y_m, double t_s) {
     Start start;
     start.place = {x_m, y_m, 0.0};
-    planner.plan({terrain, obstacles, start, {14.0, 0.0, 2.0}, std::nullopt}, at(t_s), 2000, &path);
-    return planner.enclosed_since();
-  };
-  EXPECT_EQ(plan(-4.0, 0.0, 10.0), at(10.0));
-  EXPECT_GT(path.size(), 1U);
-  EXPECT_EQ(plan(-1.0, 0.0, 12.0), at(12.0));
-  EXPECT_EQ(plan(-0.5, 0.0, 14.0), at(12.0));
-  EXPECT_EQ(plan(2.0, -6.0, 16.0), at(16.0));
-  EXPECT_EQ(plan(8.0, -14.0, 20.0), at(16.0));
-  EXPECT_EQ(plan(14.0, -14.0, 24.0), at(16.0));
+    planner_.plan({terrain_, obstacles_, start, {14.0, 0.0, 2.0}, std::nullopt},
+                  Stamp(from_seconds(t_s)), 2000, &path_);
+    return seconds(planner_.enclosed_since().time_since_epoch());
+  }
+
+  const vj::Terrain terrain_ = test::level_field(128, [](double x, double y) {
+    return std::abs(std::max(std::abs(x - 14.0), std::abs(y)) - 8.0) < 0.5;
+  });
+  ObstacleDistance obstacles_;
+  Planner planner_;
+  Path path_;
+};
+
+TEST_F(EnclosedGoal, EachTaskSearchesForIt) {
+  EXPECT_EQ(plan(0.0, 0.0, 10.0), 10.0);
+  EXPECT_EQ(plan(0.0, 0.0, 20.0), 10.0);
+  planner_.begin_task();
+  EXPECT_EQ(plan(0.0, 0.0, 20.5), 20.5);
+}
+
+/// The place near the goal where the vehicle observes it again extends beyond the walls.
+class GoalBehindWalls : public EnclosedGoal {
+ protected:
+  GoalBehindWalls() : EnclosedGoal(10.0) {}
+};
+
+// It can always be reached: a vehicle that drives around the walls would never end.
+TEST_F(GoalBehindWalls, TheTimeCountsWhileTheVehicleComesNoNearer) {
+  EXPECT_EQ(plan(-4.0, 0.0, 10.0), 10.0);
+  EXPECT_GT(path_.size(), 1U);
+  EXPECT_EQ(plan(-1.0, 0.0, 12.0), 12.0);
+  EXPECT_EQ(plan(-0.5, 0.0, 14.0), 12.0);
+  EXPECT_EQ(plan(2.0, -6.0, 16.0), 16.0);
+  EXPECT_EQ(plan(8.0, -14.0, 20.0), 16.0);
+  EXPECT_EQ(plan(14.0, -14.0, 24.0), 16.0);
 }
 
 }  // namespace

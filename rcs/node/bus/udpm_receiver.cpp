@@ -10,10 +10,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <system_error>
 #include <utility>
+
+#include "rcs/node/process/worker_thread.h"
 
 namespace rcs {
 namespace {
@@ -83,16 +84,8 @@ UdpmReceiver::UdpmReceiver(FileHandle socket, FileHandle ready, FileHandle stop,
       ready_(std::move(ready)),
       stop_(std::move(stop)),
       only_local_(only_local),
-      buffer_(kLargestDatagram) {
-  // A thread inherits the signal mask: only the thread of the cycles handles signals, even if it
-  // blocks them only after the bus was opened.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { receive(); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
-}
+      buffer_(kLargestDatagram),
+      thread_(worker_thread([this] { receive(); })) {}
 
 UdpmReceiver::~UdpmReceiver() {
   signal(stop_.get());

@@ -318,8 +318,8 @@ TEST_F(ExitStatus, IsThirtyAndAHundredAfterCtrlC) {
       shell(interrupted + "top --once --listen 60 --lcm-url 'udpm://239.255.76.99:9999?ttl=0'"),
       130);
   // A command that does not catch the signal itself, while it waits for the reader of its output.
-  EXPECT_EQ(shell("{ timeout --preserve-status -s TERM 0.7 " + variable("RCS_BIN_DIR") +
-                  "/rcs config list --json 2>$N/why; echo $? >$N/status; } | sleep 2"),
+  EXPECT_EQ(shell("{ timeout --preserve-status -s TERM 2 " + variable("RCS_BIN_DIR") +
+                  "/rcs config list --json 2>$N/why; echo $? >$N/status; } | sleep 4"),
             0);
   EXPECT_EQ(text_of(folder_ + "/status"), "130\n");
   EXPECT_EQ(text_of(folder_ + "/why"), "rcs: interrupted\n");
