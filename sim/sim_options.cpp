@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 
 namespace rcs::sim {
@@ -14,6 +15,7 @@ void add_sim_options(CLI::App* app, SimOptions* options) {
       "Reference simulation: drives a scenario and publishes its sensors in real time. A scenario\n"
       "with [drive] mode = \"commanded\" receives BG_DRIVE, and stops without a valid command.");
   app->add_option("SCENARIO", options->scenario, "scenario (TOML), e.g. config/sim/demo.toml")
+      ->transform(command_line::config_path())
       ->type_name("FILE")
       ->required();
   add_bus_option(app, &options->lcm_url);

@@ -189,6 +189,7 @@ Result<RecordedMotion> read_motion(const std::string& log) {
   std::stable_sort(motion.inertial.begin(), motion.inertial.end(), by_stamp);
   std::stable_sort(motion.wheels.begin(), motion.wheels.end(), by_stamp);
   hold_since_the_one_before(&motion.wheels);
+  if (!reader->health().good()) motion.damage = reader->health().summary();
   return motion;
 }
 

@@ -33,6 +33,7 @@ struct RecordedMotion {
   std::optional<Geodetic> place;  ///< of the first fix with a position
   bool has_ladar = false;
   bool has_truth = false;
+  std::string damage;  ///< of the log; empty: none
 };
 /// @param log  path
 [[nodiscard]] Result<RecordedMotion> read_motion(const std::string& log);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 
 namespace rcs::view {
@@ -46,7 +47,7 @@ void add_view_options(CLI::App* app, ViewOptions* options) {
       ->check(CLI::ExistingFile);
   app->add_option("--config", options->config,
                   "configuration of the vehicle: the calibration makes points of LADAR_RANGES")
-      ->check(CLI::ExistingFile);
+      ->transform(command_line::config_file());
   add_bus_option(app, &options->lcm_url);
   app->add_option("--host", options->host,
                   "address at which the page is served; another one than a loopback address shows\n"

@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 
 namespace rcs {
@@ -33,6 +34,7 @@ void add_node_options(std::string_view name, CLI::App* app, NodeOptions* options
   app->description(fmt::format("Node {}{}{}; runs on the LCM bus until Ctrl-C or SIGTERM", name,
                                function.empty() ? "" : ", ", function));
   app->add_option("CONFIG", options->config, "the vehicle's configuration (TOML)")
+      ->transform(command_line::config_path())
       ->type_name("FILE")
       ->required();
   add_bus_option(app, &options->url);

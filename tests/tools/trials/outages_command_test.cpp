@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/rcs_command.h"
@@ -46,7 +48,19 @@ TEST_F(OutagesCommand, ReportsTheErrorsRepeatably) {
   ASSERT_EQ(rcs(options_ + "--from 8 --cut 9,12 --logs " + folder_ + "/runs"), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("reference of the errors: SIM_TRUTH of the log"));
   EXPECT_THAT(out(), HasSubstr("start to end"));
-  EXPECT_EQ(rcs("why " + folder_ + "/runs/gps_cut_3s_at_9.0s.log 11"), 0) << messages();
+  const std::string why = "why " + folder_ + "/runs/gps_cut_3s_at_9.0s.log 11";
+  EXPECT_EQ(rcs(why), 0) << messages();
+
+  for (const std::string& log : {log_, folder_ + "/runs/gps_cut_3s_at_9.0s.log"}) {
+    std::fstream file(log, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(std::filesystem::file_size(log) / 4));
+    file << std::string(2000, '\xff');
+  }
+  EXPECT_EQ(rcs(options_ + "--from 8 --cut 9,12"), 0) << "what is readable is evaluated";
+  EXPECT_THAT(messages(), HasSubstr("drive.log: "));
+  EXPECT_THAT(messages(), HasSubstr("unreadable bytes"));
+  EXPECT_EQ(rcs(why), 0);
+  EXPECT_THAT(messages(), HasSubstr("unreadable bytes"));
 }
 
 TEST_F(OutagesCommand, ErrorsAreReported) {

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/importers/comma2k19.h"
 #include "tools/importers/imu_gps_import.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 
@@ -200,7 +200,7 @@ class ImportImuGps final : public Command {
     app()
         ->add_option("--columns", map_, "TOML: meaning and unit of each column")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()->add_option("-o,--out", out_, "output log")->type_name("FILE")->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(

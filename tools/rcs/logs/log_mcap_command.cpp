@@ -5,12 +5,12 @@
 #include <algorithm>
 
 #include "modules/sp/sp_config.h"
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/params/params.h"
 #include "rcs/ros2/clock_estimate.h"
 #include "tools/base/files.h"
 #include "tools/mcap/log_export.h"
 #include "tools/mcap/mcap_file.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/logs/log_events.h"
 #include "tools/rcs/logs/mcap_commands.h"
@@ -35,7 +35,7 @@ class LogMcap final : public Command {
         ->add_option("--config", config_,
                      "configuration of the vehicle: the calibration makes points of LADAR_RANGES,\n"
                      "and the mount of the LADAR is included in /tf")
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()
         ->add_option("--types", types_,
                      "ros: standard types of ROS 2, for viewers; rcs: each channel under its own\n"

@@ -10,6 +10,7 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_config.h"
 #include "modules/wm/wm_node.h"
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/process/cycle_sinks.h"
@@ -17,7 +18,6 @@
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/logs/part_of_log.h"
 #include "tools/rcs/logs/replay_verdict.h"
@@ -37,7 +37,7 @@ class Replay final : public Command {
     app()
         ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()
         ->add_option("LOG", log_,
                      "log with sensor channels; its SP_* and WM_* messages are ignored")

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_file.h"
@@ -12,7 +13,6 @@
 #include "tools/base/files.h"
 #include "tools/mapping/map_writer.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
@@ -30,7 +30,7 @@ class Sim final : public Command {
     app()
         ->add_option("SCENARIO", scenario_, "scenario (TOML), e.g. config/sim/demo.toml")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     CLI::Option* out =
         app()
             ->add_option(

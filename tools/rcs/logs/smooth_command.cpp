@@ -6,9 +6,9 @@
 #include <array>
 #include <memory>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/smoothing/reference_output.h"
@@ -41,7 +41,7 @@ class Smooth final : public Command {
     app()
         ->add_option("--config", config_, "the vehicle's configuration")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()
         ->add_option("-o,--out", out_, "TUM file of the poses; the other files are named after it")
         ->type_name("FILE")

@@ -50,6 +50,9 @@ class Why final : public Command {
       });
     }();
     if (!explained) return fail(kWhyName, explained.error());
+    if (!reader->health().good()) {
+      fmt::print(stderr, "rcs why: {}: {}\n", log_, reader->health().summary());
+    }
     if (json_) {
       fmt::print("{}", report::json_document(kWhyName, explained->json));
     } else {

@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "modules/sp/sp_config.h"
+#include "rcs/command_line/config_files.h"
 #include "tools/mapping/map_build.h"
 #include "tools/mapping/merge.h"
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
@@ -90,7 +90,7 @@ class MapBuildCommand final : public Command {
     app()
         ->add_option("--config", config_,
                      "the vehicle's configuration (TOML): use LADAR_RANGES and LADAR_POINTS")
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     CLI::Option* sensors =
         add_repeated(app(), "--sensors", &sensors_,
                      "log with the data of the LADAR, one for each RUN; default: the runs")

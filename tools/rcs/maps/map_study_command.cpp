@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/map_study.h"
@@ -24,7 +24,7 @@ class MapStudy final : public Command {
             "study", "Measure the position error without GPS as a function of map resolution")) {
     app()
         ->add_option("SCENARIO", scenarios_, "simulated drives (config/sim/*.toml)")
-        ->transform(config_file())
+        ->transform(command_line::config_file())
         ->required();
     add_list(app(), "--cell", &cells_m_,
              "cell sizes of the maps [m]; each drive is also run without a map")
@@ -71,7 +71,7 @@ class MapStudy final : public Command {
   }
 
   int run() override {
-    config_ = find_config(config_);
+    config_ = command_line::find_config(config_);
     const Outcome done = run_all();
     return done ? kExitOk : fail(kMapStudyName, done.error());
   }

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/report/json_document.h"
@@ -26,7 +26,7 @@ class ConsistencyCommand final : public Command {
                                     "Compare the errors of WM with its covariances over many "
                                     "simulated drives")) {
     add_repeated(app(), "--scenario", &scenarios_, "scenario of the drives")
-        ->transform(config_file())
+        ->transform(command_line::config_file())
         ->capture_default_str();
     add_list(app(), "--ins", &grades_, "INS grades, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}))
@@ -70,8 +70,8 @@ class ConsistencyCommand final : public Command {
   }
 
   int run() override {
-    for (std::string& scenario : scenarios_) scenario = find_config(scenario);
-    config_ = find_config(config_);
+    for (std::string& scenario : scenarios_) scenario = command_line::find_config(scenario);
+    config_ = command_line::find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kConsistencyName, done.error());
     const auto failed = [](const studies::ConsistencyBlock& block) { return !block.error.empty(); };

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <utility>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/drills/drill_output.h"
 #include "tools/drills/drill_page.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/report/json_document.h"
 
@@ -44,7 +44,7 @@ class DrillCommand final : public Command {
             "drill", "Run fault-injection tests of the navigation and check their limits")) {
     app()
         ->add_option("DRILL", paths_, "stimuli and limits of a drill (TOML)")
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()->add_flag("--all", all_, "all drills of the folder except the long ones");
     app()->add_flag("--full", full_,
                     "all drills, each with its full number of seeds (seeds_full, default 20)");
@@ -97,9 +97,9 @@ class DrillCommand final : public Command {
   }
 
   int run() override {
-    folder_ = find_config(folder_);
-    scenario_ = find_config(scenario_);
-    config_ = find_config(config_);
+    folder_ = command_line::find_config(folder_);
+    scenario_ = command_line::find_config(scenario_);
+    config_ = command_line::find_config(config_);
     if (all_ || full_ || list_) {
       const Result<std::vector<std::string>> found = drills_in(folder_);
       if (!found) return fail(kDrillName, found.error());

@@ -9,10 +9,10 @@
 #include <thread>
 
 #include "lcmtypes/rcs/command_t.hpp"
+#include "rcs/command_line/config_files.h"
 #include "tools/base/files.h"
 #include "tools/driving/drive_output.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
@@ -45,7 +45,7 @@ class DriveCommand final : public Command {
             "drive", "Drive simulated courses with SP, WM and BG, and count every contact")) {
     app()
         ->add_option("SCENARIO", scenario_, "scenario with [drive] mode = \"commanded\"")
-        ->transform(config_file())
+        ->transform(command_line::config_file())
         ->capture_default_str();
     app()
         ->add_option(
@@ -109,8 +109,8 @@ class DriveCommand final : public Command {
   }
 
   int run() override {
-    scenario_ = find_config(scenario_);
-    config_ = find_config(config_);
+    scenario_ = command_line::find_config(scenario_);
+    config_ = command_line::find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kDriveName, done.error());
     const auto good = [](const driving::DriveRow& row) { return driving::passed(row.run); };

@@ -10,12 +10,12 @@
 #include <set>
 #include <utility>
 
+#include "rcs/command_line/config_files.h"
 #include "sim/scenario_file.h"
 #include "tools/base/files.h"
 #include "tools/drills/fault_metrics.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 
@@ -78,7 +78,7 @@ class FaultsCommand final : public Command {
     add_list(app(), "--only", &plan_.only, "classes of faults or sensors to draw from (--list)")
         ->type_name("NAME");
     add_repeated(app(), "--scenario", &plan_.scenarios, "scenarios of the drives")
-        ->transform(config_file())
+        ->transform(command_line::config_file())
         ->capture_default_str();
     app()
         ->add_option("--first-seed", plan_.first_seed,
@@ -134,11 +134,11 @@ class FaultsCommand final : public Command {
       return wrong_usage(kFaultsName, Error{"--faults: --only leaves too few sensors"});
     }
     for (std::string& scenario : plan_.scenarios) {
-      scenario = find_config(scenario);
+      scenario = command_line::find_config(scenario);
       const Result<sim::Scenario> valid = sim::load_scenario(scenario, {});
       if (!valid) return fail(kFaultsName, valid.error());
     }
-    config_ = find_config(config_);
+    config_ = command_line::find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kFaultsName, done.error());
     if (any_failed()) return kExitInput;

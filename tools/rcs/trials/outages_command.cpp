@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "rcs/command_line/config_files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/outages.h"
@@ -24,7 +24,7 @@ class OutagesCommand final : public Command {
     app()
         ->add_option("--config", config_, "the vehicle's configuration")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     CLI::Option* length =
         add_list(app(), "--length", &question_.lengths_s, "lengths of the outages [s]")
             ->capture_default_str()
@@ -103,6 +103,7 @@ class OutagesCommand final : public Command {
     if (!vehicle) return vehicle.error();
     const Result<studies::RecordedMotion> motion = studies::read_motion(log_);
     if (!motion) return motion.error();
+    if (!motion->damage.empty()) fmt::print(stderr, "rcs outages: {}: {}\n", log_, motion->damage);
     if (!motion->place) return Error{log_ + ": no valid GPS_FIX, hence no outage to simulate"};
     const double drive_s = seconds(motion->end - *motion->begin);
     const Result<std::vector<studies::OutagePlan>> plans =

@@ -9,10 +9,10 @@
 #include <cstdlib>
 #include <optional>
 
+#include "rcs/command_line/config_files.h"
 #include "sim/scenario_file.h"
 #include "tools/base/statistics.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
@@ -192,7 +192,7 @@ class Table1 final : public Command {
     app()
         ->add_option("--scenario", scenario_,
                      fmt::format("scenario of the simulated scans; default: {}", kReference))
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()
         ->add_option("--pairs", pairs_, "number of pairs of simulated scans")
         ->check(CLI::Range(1, 50))
@@ -241,7 +241,8 @@ class Table1 final : public Command {
                    read.error().message, remedy());
       }
     }
-    const std::string path = scenario_.empty() ? find_config(std::string(kReference)) : scenario_;
+    const std::string path =
+        scenario_.empty() ? command_line::find_config(std::string(kReference)) : scenario_;
     const Result<sim::Scenario> scenario = sim::load_scenario(path, {});
     if (!scenario) return fail(kTable1Name, scenario.error());
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {

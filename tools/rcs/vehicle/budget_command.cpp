@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/params/params.h"
@@ -13,7 +14,6 @@
 #include "tools/base/files.h"
 #include "tools/evaluation/budget_metrics.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/budget_run.h"
@@ -50,7 +50,7 @@ class Budget final : public Command {
     app()
         ->add_option("CONFIG", plan_.config, "the vehicle's configuration (TOML)")
         ->required()
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()
         ->add_option("LOG", plan_.log, "log with sensor channels; other channels are ignored")
         ->required()

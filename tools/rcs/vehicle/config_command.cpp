@@ -7,10 +7,10 @@
 
 #include "rcs/base/printable.h"
 #include "rcs/base/text.h"
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/vehicle/configuration.h"
 #include "tools/report/json_document.h"
@@ -145,7 +145,7 @@ class Check final : public Command {
     bool valid = true;
     report::Json out = {{"files", report::Json::array()}};
     for (const std::string& file : files_) {
-      const std::string path = find_config(file);
+      const std::string path = command_line::find_config(file);
       const Result<Configuration> read = read_configuration(path, overrides_);
       if (!read && !tools::read_text(path)) return fail(kConfigName, read.error());
       const std::vector<std::string> problems =
@@ -180,7 +180,8 @@ class Show final : public Command {
   }
 
   int run() override {
-    const Result<Configuration> read = read_configuration(find_config(file_), overrides_);
+    const Result<Configuration> read =
+        read_configuration(command_line::find_config(file_), overrides_);
     if (!read) return fail(kConfigName, read.error());
     for (const std::string& problem : read->problems) {
       fmt::print(stderr, "rcs config: {}\n", problem);

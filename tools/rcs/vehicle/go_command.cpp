@@ -14,6 +14,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "rcs/base/geodesy.h"
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/command_port.h"
@@ -21,7 +22,6 @@
 #include "sim/scenario_file.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/standard_streams.h"
 #include "tools/rcs/terminal.h"
@@ -217,7 +217,7 @@ class Go final : public Command {
         ->type_name("X,Y");
     app()
         ->add_option("--scenario", scenario_, "use the waypoints and the speed of this scenario")
-        ->transform(config_file());
+        ->transform(command_line::config_file());
     app()->add_option("--seed", seed_, "seed of the scenario, instead of its own");
     app()
         ->add_option("--speed", speed_mps_,

@@ -174,11 +174,13 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
 
 void append_status(const evaluation::TopView::Status& s, std::vector<TopLine>* lines) {
   const bool stopped = s.emergency_stop != "none";
-  lines->push_back(
-      {fmt::format("bg {} {}: command {} of {}{}{}, {} ago{}", s.status, s.state, s.echo_serial,
-                   s.issuer.empty() ? "nobody" : s.issuer, s.reason.empty() ? "" : ": ", s.reason,
-                   span(s.heard), stopped ? "" : "; no emergency stop"),
-       s.status == "ERROR" ? Style::kAlarm : Style::kHead});
+  const std::string command = s.issuer.empty()
+                                  ? "no command yet"
+                                  : fmt::format("command {} of {}", s.echo_serial, s.issuer);
+  lines->push_back({fmt::format("bg {} {}: {}{}{}, {} ago{}", s.status, s.state, command,
+                                s.reason.empty() ? "" : ": ", s.reason, span(s.heard),
+                                stopped ? "" : "; no emergency stop"),
+                    s.status == "ERROR" ? Style::kAlarm : Style::kHead});
   if (stopped) lines->push_back({"  emergency stop: " + s.emergency_stop, Style::kAlarm});
 }
 

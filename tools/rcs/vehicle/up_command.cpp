@@ -16,6 +16,7 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
@@ -28,7 +29,6 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
 
@@ -179,7 +179,7 @@ class Up final : public Command {
 };
 
 int Up::run() {
-  config_ = find_config(config_);
+  config_ = command_line::find_config(config_);
   const Result<ParamFile> params = ParamFile::load(config_);
   // As `rcs config check`: a file that can be read and is not valid is a negative result.
   if (!params) {

@@ -1,8 +1,8 @@
-#include "tools/rcs/config_files.h"
+#include "rcs/command_line/config_files.h"
 
 #include <filesystem>
 
-namespace rcs::cli {
+namespace rcs::command_line {
 
 std::string find_config(const std::string& path) {
   namespace fs = std::filesystem;
@@ -18,6 +18,15 @@ std::string find_config(const std::string& path) {
   return path;
 }
 
+CLI::Validator config_path() {
+  return CLI::Validator(
+      [](std::string& path) {
+        path = find_config(path);
+        return std::string();
+      },
+      "");
+}
+
 CLI::Validator config_file() {
   return CLI::Validator(
       [](std::string& path) {
@@ -27,4 +36,4 @@ CLI::Validator config_file() {
       "FILE", "config_file");
 }
 
-}  // namespace rcs::cli
+}  // namespace rcs::command_line
