@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "rcs/base/check.h"
 
@@ -10,6 +12,10 @@ namespace rcs::registration {
 namespace {
 
 constexpr double kCoarseRatio = 3.0;  // an integer: a coarse voxel consists of whole fine ones
+constexpr double kTile_m = 16.0;      // of the archive
+// A tile returns when its centre is this near, and its voxels leave at the whole radius.
+constexpr float kReturnShare = 0.75F;
+constexpr float kNoWay = std::numeric_limits<float>::max();
 
 }  // namespace
 
@@ -18,7 +24,9 @@ VoxelTable::VoxelTable(double voxel_m, const RollingMapParams& params)
       per_m_(1.0F / static_cast<float>(voxel_m)),
       params_(params),
       index_(static_cast<std::size_t>(params.capacity)),
-      keep_radius_m_(static_cast<float>(params.radius_m)) {
+      keep_radius_m_(static_cast<float>(params.radius_m)),
+      archive_(std::max(1, static_cast<int>(std::lround(kTile_m / voxel_m))),
+               static_cast<std::size_t>(params.archive)) {
   const auto capacity = static_cast<std::size_t>(params.capacity);
   voxels_.reserve(capacity);
   fits_.reserve(capacity);
@@ -30,8 +38,11 @@ void VoxelTable::clear() {
   voxels_.clear();
   fits_.clear();
   free_.clear();
+  archive_.clear();
   used_ = 0;
   sweep_ = 0;
+  oldest_m_ = way_m_;
+  oldest_of_sweep_m_ = kNoWay;
 }
 
 std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
@@ -48,13 +59,14 @@ std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
     voxels_.emplace_back();
     fits_.emplace_back();
   }
-  voxels_[number] = Voxel{i, j, k, {}, static_cast<float>(params_.min_points)};
+  voxels_[number] = Voxel{i, j, k, {}, static_cast<float>(params_.min_points), way_m_};
   fits_[number] = Fit{false, false, {}};
   ++used_;
   return number;
 }
 
-void VoxelTable::forget_far(const Vec3f& centre) {
+void VoxelTable::forget_far(const Vec3f& centre, float way_m) {
+  way_m_ = way_m;
   // A full table shrinks the radius: the farthest voxels are removed first. It grows again when
   // there is room.
   const auto capacity = static_cast<float>(params_.capacity);
@@ -66,9 +78,16 @@ void VoxelTable::forget_far(const Vec3f& centre) {
   constexpr std::size_t kCallsPerSweep = 16;
   const float limit2 = keep_radius_m_ * keep_radius_m_;
   for (std::size_t n = voxels_.size() / kCallsPerSweep + 1; n > 0 && !voxels_.empty(); --n) {
-    if (sweep_ >= voxels_.size()) sweep_ = 0;
+    if (sweep_ >= voxels_.size()) {
+      sweep_ = 0;
+      oldest_m_ = oldest_of_sweep_m_;
+      oldest_of_sweep_m_ = kNoWay;
+    }
     Voxel& v = voxels_[sweep_];
-    if (v.moments.count > 0.0F && (corner(v) - centre).squaredNorm() > limit2) {
+    const bool used = v.moments.count > 0.0F;
+    if (used) oldest_of_sweep_m_ = std::min(oldest_of_sweep_m_, v.since_m);
+    if (used && (corner(v) - centre).squaredNorm() > limit2) {
+      archive_.put(v, way_m);
       index_.erase(pack_voxel(v.i, v.j, v.k));
       v.moments.count = 0.0F;
       free_.push_back(static_cast<std::uint32_t>(sweep_));
@@ -76,6 +95,26 @@ void VoxelTable::forget_far(const Vec3f& centre) {
     }
     ++sweep_;
   }
+}
+
+void VoxelTable::restore(const Vec3f& centre) {
+  const std::uint32_t tile =
+      archive_.nearest(fast_floor(centre.x() * per_m_), fast_floor(centre.y() * per_m_),
+                       static_cast<int>(kReturnShare * keep_radius_m_ * per_m_), oldest_m_);
+  if (tile == MapArchive::kNone) return;
+  archive_.take(tile, [this](const Voxel& back) {
+    const std::uint32_t number = find_or_add(back.i, back.j, back.k);
+    if (number == VoxelIndex::kNone) return;
+    Voxel& here = voxels_[number];
+    Moments both = back.moments;
+    if (here.moments.count > 0.0F) both.add(here.moments, Vec3f::Zero());
+    here.moments = both;
+    here.since_m = std::min(here.since_m, back.since_m);
+    oldest_m_ = std::min(oldest_m_, back.since_m);
+    oldest_of_sweep_m_ = std::min(oldest_of_sweep_m_, back.since_m);
+    here.fit_again_at = static_cast<float>(params_.min_points);
+    note_points(here);
+  });
 }
 
 void VoxelTable::insert(const Points& points) {
@@ -171,9 +210,11 @@ bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
 RollingMap::RollingMap(const RollingMapParams& params)
     : fine_(params.voxel_m, params),
       coarse_(kCoarseRatio * params.voxel_m, params),
-      coarse_id0_(static_cast<std::uint32_t>(params.capacity)) {}
+      coarse_id0_(static_cast<std::uint32_t>(params.capacity)),
+      archives_(params.archive > 0) {}
 
 void RollingMap::clear() {
+  way_.clear();
   fine_.clear();
   coarse_.clear();
 }
@@ -188,8 +229,13 @@ void RollingMap::insert(const Points& points_vehicle, const Pose& T_rolling_vehi
     points_rolling_.y[i] = p.y();
     points_rolling_.z[i] = p.z();
   }
-  fine_.forget_far(t);
-  coarse_.forget_far(t);
+  way_.drive_to(t);
+  fine_.forget_far(t, way_.length_m());
+  coarse_.forget_far(t, way_.length_m());
+  if (archives_ && way_.leads_back()) {
+    fine_.restore(t);
+    coarse_.restore(t);
+  }
   const bool first = fine_.size() == 0;
   fine_.insert(points_rolling_);
   if (first) {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "modules/registration/driven_way.h"
+#include "modules/registration/map_archive.h"
 #include "modules/registration/point_moments.h"
 #include "modules/registration/voxel_index.h"
 #include "rcs/base/points.h"
@@ -16,6 +18,7 @@ struct RollingMapParams {
   double voxel_m = 0.5;    ///< edge of the fine voxels; coarse ones are 3 x as large
   int capacity = 200'000;  ///< voxels of each size; the farthest are removed first
   double radius_m = 80.0;  ///< beyond this the map is removed
+  int archive = 0;         ///< removed voxels of each size that are kept for the way back, newest
   int max_points = 100;    ///< a voxel with this many is complete and not updated, so that later
                            ///< errors do not shift it
   int min_points = 8;      ///< with fewer there is no surface
@@ -42,15 +45,20 @@ class VoxelTable {
   void insert(const Points& points_rolling);
   /// As if its points were inserted one by one. A voxel of `finer` must lie in one of this table's.
   void insert(const VoxelTable& finer);
-  /// Removes voxels farther than the radius from `centre`; a part of the table at each call, so
+  /// Archives voxels farther than the radius from `centre`; a part of the table at each call, so
   /// that the cost of a cycle is bounded.
-  void forget_far(const Vec3f& centre);
+  /// @param way_m  distance driven so far, also of the voxels that are inserted next
+  void forget_far(const Vec3f& centre, float way_m);
+  /// Puts a tile of the archive near `centre` back, if it was in the map together with what is in
+  /// it now. A voxel that was seen again meanwhile gets the points of both.
+  void restore(const Vec3f& centre);
   void clear();
 
   /// The nearest valid surface in the voxel of `p` and the three voxels closest to it.
   [[nodiscard]] bool nearest_surface(const Vec3f& p, Surface* out);
 
   [[nodiscard]] std::size_t size() const { return used_; }
+  [[nodiscard]] std::size_t archived() const { return archive_.size(); }
   [[nodiscard]] bool full() const { return used_ >= static_cast<std::size_t>(params_.capacity); }
   [[nodiscard]] float voxel_m() const { return voxel_m_; }
   /// Calls `visit` with (moments, their frame's origin) of every voxel.
@@ -62,11 +70,6 @@ class VoxelTable {
   }
 
  private:
-  struct Voxel {
-    std::int32_t i = 0, j = 0, k = 0;
-    Moments moments;  // from the voxel's lowest corner: exact far from the origin; empty: free
-    float fit_again_at = 0.0F;  // points
-  };
   // All fields of a voxel that a search reads, in one cache line.
   struct alignas(64) Fit {
     bool is_old = true;  // to be fitted before it is used
@@ -93,9 +96,15 @@ class VoxelTable {
   std::size_t used_ = 0;
   std::size_t sweep_ = 0;
   float keep_radius_m_;
+  MapArchive archive_;
+  float way_m_ = 0.0F;
+  float oldest_m_ = 0.0F;           // Voxel::since_m of the oldest in the table
+  float oldest_of_sweep_m_ = 0.0F;  // in the part that this sweep has passed
 };
 
-/// Two voxel sizes: fine where the map is dense, coarse where scans are sparse.
+/// Two voxel sizes: fine where the map is dense, coarse where scans are sparse. With an archive, a
+/// vehicle that drives back on its own way finds the map that it made on the way out: its position
+/// relative to that way does not drift.
 class RollingMap {
  public:
   explicit RollingMap(const RollingMapParams& params);
@@ -115,11 +124,14 @@ class RollingMap {
   /// One more than the largest Surface::voxel.
   [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
   [[nodiscard]] const VoxelTable& coarse() const { return coarse_; }
+  [[nodiscard]] std::size_t archived() const { return fine_.archived() + coarse_.archived(); }
 
  private:
   VoxelTable fine_;
   VoxelTable coarse_;
   std::uint32_t coarse_id0_;
+  bool archives_;
+  DrivenWay way_;
   Points points_rolling_;
 };
 

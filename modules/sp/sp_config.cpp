@@ -74,6 +74,10 @@ void read(ParamTable table, registration::RollingMapParams* p) {
             "farthest are removed.");
   table.get("radius_m", &p->radius_m, {5, 500},
             "Radius around the vehicle beyond which the rolling map is removed.");
+  table.get("archive", &p->archive, {0, 4e6},
+            "Removed voxels of each size that are kept for the way back, 64 bytes each: a vehicle "
+            "that drives back on its own way finds the map of the way out again. When it is full, "
+            "what was removed first is dropped. 0: off.");
   table.get("max_points", &p->max_points, {10, 10000},
             "Points with which a voxel is complete; it is not updated any more, so that later pose "
             "errors do not shift it.");

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <vector>
 
 #include "tests/support/point_scenes.h"
 
@@ -77,7 +79,7 @@ TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
     }
   }
   table.insert(patches);
-  for (int call = 0; call < 17; ++call) table.forget_far(Vec3f::Zero());
+  for (int call = 0; call < 17; ++call) table.forget_far(Vec3f::Zero(), 0.0F);
   Surface s{};
   for (const Vec3f& p : places) {
     if (p.norm() < 29.0F) {
@@ -86,6 +88,91 @@ TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
       ASSERT_FALSE(table.nearest_surface(p, &s) && (s.mean - Vec3f::Zero()).norm() > 31.0F);
     }
   }
+}
+
+/// A map that a vehicle made on its way to `places`, and then drove to `back` without seeing
+/// ground.
+class WayBack {
+ public:
+  explicit WayBack(int archive) : map_(params(archive)) {}
+
+  void drive_out(const std::vector<Vec3>& places) {
+    for (const Vec3& p : places) {
+      map_.insert(test::scene(test::Ground::kFlat, false, 3000, 0.01, Vec3::Zero(), &rng_),
+                  Pose{Quat::Identity(), p});
+    }
+  }
+  void drive_blind(const std::vector<Vec3>& places) {
+    for (const Vec3& p : places) map_.insert(Points{}, Pose{Quat::Identity(), p});
+  }
+  [[nodiscard]] bool sees_ground(const Vec3& p) {
+    Surface s{};
+    return map_.nearest_surface((p + Vec3(0.0, 0.0, 0.1)).cast<float>(), &s);
+  }
+  [[nodiscard]] const RollingMap& map() const { return map_; }
+
+ private:
+  static RollingMapParams params(int archive) {
+    RollingMapParams p;
+    p.radius_m = 60.0;
+    p.archive = archive;
+    return p;
+  }
+
+  std::mt19937 rng_{5};
+  RollingMap map_;
+};
+
+std::vector<Vec3> straight(double from_m, double to_m) {
+  std::vector<Vec3> places;
+  const double step_m = from_m < to_m ? 1.0 : -1.0;
+  for (double x = from_m; (to_m - x) * step_m >= 0.0; x += step_m) places.emplace_back(x, 0.0, 0.0);
+  return places;
+}
+
+TEST(RollingMap, TheMapOfTheWayOutIsThereOnTheWayBack) {
+  WayBack with(200'000);
+  WayBack without(0);
+  for (WayBack* w : {&with, &without}) {
+    w->drive_out(straight(0.0, 400.0));
+    ASSERT_FALSE(w->sees_ground(Vec3(0.0, 0.0, 0.0)));
+    w->drive_blind(straight(400.0, 0.0));
+  }
+  for (double x = 0.0; x < 40.0; x += 5.0) {
+    EXPECT_TRUE(with.sees_ground(Vec3(x, 1.0, 0.0))) << x;
+    EXPECT_FALSE(without.sees_ground(Vec3(x, 1.0, 0.0))) << x;
+  }
+}
+
+TEST(RollingMap, AfterALoopTheOldMapDoesNotReturn) {
+  // Its position relative to the vehicle has drifted over the whole loop.
+  WayBack w(200'000);
+  std::vector<Vec3> loop;
+  for (double a = 0.0; a < 6.3; a += 0.01) {
+    loop.emplace_back(120.0 * std::sin(a), 120.0 * (1.0 - std::cos(a)), 0.0);
+  }
+  w.drive_out({loop.begin(), loop.begin() + 200});
+  w.drive_blind({loop.begin() + 200, loop.end()});
+  w.drive_blind(straight(0.0, 40.0));
+  EXPECT_FALSE(w.sees_ground(Vec3(20.0, 1.0, 0.0)));
+  EXPECT_GT(w.map().archived(), 10'000U);
+}
+
+TEST(RollingMap, NothingReturnsWhereTheVehicleDidNotDrive) {
+  WayBack w(200'000);
+  w.drive_out(straight(0.0, 400.0));
+  std::vector<Vec3> beside;
+  for (const Vec3& p : straight(400.0, 0.0)) beside.emplace_back(p.x(), 20.0, 0.0);
+  w.drive_blind(beside);
+  EXPECT_FALSE(w.sees_ground(Vec3(0.0, 1.0, 0.0)));
+}
+
+TEST(RollingMap, AFullArchiveKeepsTheNewestPart) {
+  WayBack w(20'000);
+  w.drive_out(straight(0.0, 600.0));
+  EXPECT_LE(w.map().archived(), 40'000U);
+  w.drive_blind(straight(600.0, 0.0));
+  EXPECT_FALSE(w.sees_ground(Vec3(0.0, 1.0, 0.0)));
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ registration::RollingMapParams map_params(const sp::SpConfig& config) {
   p.capacity = kMapCapacity;
   p.max_points = 10'000;  // use all points of a voxel
   p.radius_m = 500.0;
+  p.archive = 0;
   return p;
 }
 
