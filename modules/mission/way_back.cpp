@@ -1,0 +1,66 @@
+#include "modules/mission/way_back.h"
+
+#include <limits>
+
+namespace rcs::mission {
+namespace {
+
+constexpr double kSamePlace_m = 3.0;  // of a way that the vehicle has driven before
+constexpr std::size_t kLoop = 7;      // places between two passes of the same place, at least
+constexpr std::size_t kMostInPart = 4000;
+
+}  // namespace
+
+double WayBack::distance_m(const Breadcrumb& a, const Breadcrumb& b) {
+  if (a.epoch >= 0 && a.epoch == b.epoch) return (a.p_rolling - b.p_rolling).norm();
+  if (a.in_world && b.in_world) return (a.p_world - b.p_world).norm();
+  return std::numeric_limits<double>::infinity();
+}
+
+void WayBack::note(const Breadcrumb& here) {
+  if (here.epoch < 0 && !here.in_world) return;
+  if (!crumbs_.empty() && distance_m(crumbs_.back(), here) < kEach_m) return;
+  if (crumbs_.size() == kMost) {
+    for (std::size_t k = 0; k < kMost / 2; ++k) crumbs_[k] = crumbs_[2 * k];
+    crumbs_.resize(kMost / 2);
+  }
+  crumbs_.push_back(here);
+}
+
+WayPart WayBack::first_part(std::int32_t epoch) const {
+  WayPart part;
+  if (crumbs_.empty()) return part;
+  std::size_t at = crumbs_.size() - 1;
+  part.rolling = epoch >= 0 && crumbs_[at].epoch == epoch;
+  part.epoch = part.rolling ? epoch : -1;
+  while (part.places.size() < kMostInPart) {
+    const Breadcrumb& here = crumbs_[at];
+    if (part.rolling ? here.epoch != epoch : !here.in_world) break;
+    part.places.push_back(part.rolling ? here.p_rolling : here.p_world);
+    if (at == 0) break;
+    // The oldest pass of this place cuts off all loops between.
+    std::size_t next = at - 1;
+    for (std::size_t older = 0; older + kLoop < at; ++older) {
+      if (distance_m(crumbs_[older], here) > kSamePlace_m) continue;
+      next = older;
+      break;
+    }
+    at = next;
+  }
+  return part;
+}
+
+double WayBack::cut(const Breadcrumb& here) {
+  double nearest = std::numeric_limits<double>::infinity();
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < crumbs_.size(); ++k) {
+    const double d = distance_m(crumbs_[k], here);
+    if (d > nearest) continue;
+    nearest = d;
+    at = k;
+  }
+  if (nearest < std::numeric_limits<double>::infinity()) crumbs_.resize(at + 1);
+  return nearest;
+}
+
+}  // namespace rcs::mission

@@ -1,0 +1,58 @@
+#pragma once
+// The way that the vehicle has come, for its return without GPS: positions in frame rolling, which
+// keeps the map that was made on the way out (modules/registration/map_archive.h), and in frame
+// world for what was driven in another map.
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rcs/base/linear.h"
+
+namespace rcs::mission {
+
+struct Breadcrumb {
+  Vec3 p_rolling = Vec3::Zero();
+  std::int32_t epoch = -1;  ///< of frame rolling; < 0: none
+  Vec3 p_world = Vec3::Zero();
+  bool in_world = false;  ///< p_world is known
+};
+
+/// A part of the way back in one frame.
+struct WayPart {
+  bool rolling = false;  ///< in frame rolling of `epoch`; else in frame world
+  std::int32_t epoch = -1;
+  std::vector<Vec3> places;
+};
+
+class WayBack {
+ public:
+  static constexpr double kEach_m = 3.0;
+  static constexpr std::size_t kMost = 10'000;  ///< 30 km; then each second one is kept
+
+  WayBack() { crumbs_.reserve(kMost); }
+
+  /// Notes the position if it is far enough from the last one.
+  void note(const Breadcrumb& here);
+  void clear() { crumbs_.clear(); }
+  [[nodiscard]] bool empty() const { return crumbs_.empty(); }
+  [[nodiscard]] const std::vector<Breadcrumb>& crumbs() const { return crumbs_; }
+
+  /// The first part of the way from here to the start: up to the first change of frame, without
+  /// the loops that the vehicle drove.
+  /// @param epoch  of frame rolling now
+  /// @return no places: nothing was driven, or what follows was driven in another map and its
+  ///   position in frame world is not known
+  [[nodiscard]] WayPart first_part(std::int32_t epoch) const;
+
+  /// What was driven after the place of the way nearest to `here` has been driven back.
+  /// @return distance to that place [m]; infinite: none is in this frame
+  double cut(const Breadcrumb& here);
+
+ private:
+  [[nodiscard]] static double distance_m(const Breadcrumb& a, const Breadcrumb& b);
+
+  std::vector<Breadcrumb> crumbs_;  // oldest first
+};
+
+}  // namespace rcs::mission
