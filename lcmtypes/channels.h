@@ -25,12 +25,12 @@
   X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                          \
   X(kWmSubfilter, "WM_SUBFILTER", kOutput, subfilter_t, "wm", "3 x 2 Hz")                       \
   X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                            \
-  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "on request")            \
+  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator, mission", "on request")   \
   X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "on request") \
   X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                                  \
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
-  X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")                 \
+  X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway, mission", "1 Hz")        \
   X(kBgStop, "BG_STOP", kCommand, command_t, "operator, gateway", "on a stop")                  \
   X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "20 Hz")                                   \
   X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "up to 4 Hz")                                   \
@@ -38,6 +38,12 @@
   X(kBgEvent, "BG_EVENT", kOutput, event_t, "bg", "on events")                                  \
   X(kBgCycle, "BG_CYCLE", kAccount, cycle_t, "bg", "per cycle, live")                           \
   X(kBgProcess, "BG_PROCESS", kAccount, process_t, "bg", "1 Hz, live")                          \
+  X(kMissionCommand, "MISSION_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")       \
+  X(kMissionStatus, "MISSION_STATUS", kOutput, status_t, "mission", "1 Hz")                     \
+  X(kMissionRoutes, "MISSION_ROUTES", kOutput, routes_t, "mission", "on a choice")              \
+  X(kMissionEvent, "MISSION_EVENT", kOutput, event_t, "mission", "on events")                   \
+  X(kMissionCycle, "MISSION_CYCLE", kAccount, cycle_t, "mission", "per cycle, live")            \
+  X(kMissionProcess, "MISSION_PROCESS", kAccount, process_t, "mission", "1 Hz, live")           \
   X(kGatewayEvent, "GATEWAY_EVENT", kOutput, event_t, "gateway", "on events")                   \
   X(kGatewayCycle, "GATEWAY_CYCLE", kAccount, cycle_t, "gateway", "per cycle, live")            \
   X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")           \

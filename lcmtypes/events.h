@@ -255,6 +255,24 @@ struct Info {
     "The emergency stop is in force, but would be lost if BG restarts.",                           \
     "The file of the latch cannot be written: folder missing, disk full, or no permission.",       \
     "Do not restart BG. Check [process] state_directory; BG tries again every second.")            \
+  X(kMissionInputRejected, "mission", "input.rejected", kWarning, kOne,                            \
+    "A message of WM was rejected. The mission waits for the next valid one.",                     \
+    "A pose, velocity or protection level is not finite or is implausible.",                       \
+    "Check WM_EVENT for the state of the filter. Check that only one WM runs on the bus "          \
+    "(`rcs top`).")                                                                                \
+  X(kMissionState, "mission", "state", kInfo, kTen,                                                \
+    "The state of the mission changed; the text has the reason.",                                  \
+    "See the reason; docs/user/missions.md lists the states.",                                     \
+    "None, unless the reason names a fault.")                                                      \
+  X(kMissionRoute, "mission", "route.chosen", kInfo, kTen,                                         \
+    "A route was chosen; the text has its values and those of its alternatives.",                  \
+    "A new task, a blocked route, or GPS was lost.",                                               \
+    "None.")                                                                                       \
+  X(kMissionBlocked, "mission", "route.blocked", kWarning, kTen,                                   \
+    "BG found no path along the route. The mission excludes the place and searches another "       \
+    "route.",                                                                                      \
+    "An obstacle that the a priori map does not have.",                                            \
+    "None; if all routes are blocked the state is BLOCKED.")                                       \
   X(kGatewayUnsecured, "gateway", "dds.unsecured", kWarning, kOne,                                 \
     "DDS runs without keys: everyone on the network can command the vehicle.",                     \
     "[gateway] unsecured permits it.",                                                             \

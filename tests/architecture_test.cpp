@@ -44,13 +44,15 @@ const Folder kFolders[] = {
     {"rcs/cdr/.*", "rcs/(base|cdr)/.*", "rcs::cdr"},
     {"rcs/dds/.*", "rcs/(base|node|dds)/.*", "rcs::dds"},
     {"rcs/ros2/.*", "(rcs/(base|cdr|ros2)|lcmtypes)/.*", "rcs::ros2(::(msg|topic))?"},
-    // Shells, then cores. Modules communicate by messages only; bg alone may call vj, and sp alone
+    // Shells, then cores. Modules communicate by messages only; bg and mission may call vj, and sp
     // the registration library.
     {"modules/sp/(.*_node|.*_main|.*_config)\\..*",
      "(rcs|lcmtypes|modules/registration|modules/sp)/.*", "rcs::sp"},
     {"modules/wm/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/wm)/.*", "rcs::wm"},
     {"modules/bg/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/bg|modules/vj)/.*",
      "rcs::bg"},
+    {"modules/mission/(.*_node|.*_main|.*_config)\\..*",
+     "(rcs|lcmtypes|modules/mission|modules/vj)/.*", "rcs::mission"},
     {"modules/gateway/(command_arbiter|node_status_table|operator_commands)\\..*",
      "(rcs/base/.*|modules/gateway/(command_arbiter|node_status_table|operator_commands)\\.h)",
      "rcs::gateway"},
@@ -66,6 +68,7 @@ const Folder kFolders[] = {
     {"modules/wm/.*", "(rcs/base|rcs/terrain|modules/wm)/.*", "rcs::wm"},
     {"modules/vj/.*", "(rcs/base|rcs/terrain|modules/vj)/.*", "rcs::vj"},
     {"modules/bg/.*", "(rcs/base|rcs/terrain|modules/bg|modules/vj)/.*", "rcs::bg"},
+    {"modules/mission/.*", "(rcs/base|rcs/terrain|modules/mission|modules/vj)/.*", "rcs::mission"},
     {"sim/base/.*", "(rcs/base|sim/base)/.*", "rcs::sim"},
     {"sim/terrain/.*", "(rcs/base|rcs/terrain|sim/base|sim/terrain)/.*", "rcs::sim"},
     {"sim/vehicle/.*", "(rcs/base|sim/base|sim/terrain|sim/vehicle)/.*", "rcs::sim"},
@@ -99,7 +102,7 @@ const Folder kFolders[] = {
      "tools/(base|report|recording|evaluation|mapping|drills))/.*",
      "rcs::drills"},
     {"tools/driving/.*",
-     "(rcs|lcmtypes|modules/(sp|wm|vj|bg)|sim|tools/(base|report|mapping|driving))/.*",
+     "(rcs|lcmtypes|modules/(sp|wm|vj|bg|mission)|sim|tools/(base|report|mapping|driving))/.*",
      "rcs::driving"},
     {"tools/studies/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
@@ -218,7 +221,7 @@ std::string include_violation(const std::string& path, const std::string& name) 
     if (matches(name, rule.what) && !matches(path, rule.only_in)) return rule.why;
   }
   const bool is_core =
-      matches(path, "modules/(registration|sp|wm|vj|bg)/.*") && !matches(path, kShell);
+      matches(path, "modules/(registration|sp|wm|vj|bg|mission)/.*") && !matches(path, kShell);
   if (!matches(name, kProject)) {
     if (is_core && (!matches(name, kCoreLibraries) || matches(name, kNotInCores))) {
       return "a core includes only std (no files, streams, threads), Eigen, rcs/base, "

@@ -135,6 +135,9 @@ void read(ParamTable table, vj::Weights* p) {
   table.get("vegetation", &p->vegetation, {0, 100},
             "Cost added per metre through tall vegetation that gives way [1]. Larger: it is "
             "avoided more.");
+  table.get("off_route", &p->off_route, {0, 100},
+            "Cost added per metre for each metre of distance from the way that the vehicle drives "
+            "back on, up to 2 m [1/m].");
   table.get("nearness", &p->nearness, {0, 100},
             "Cost added per metre in contact with an obstacle, falling to zero at near_m [1]. "
             "Larger: obstacles are passed at a larger distance.");

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/local_levels.h"
 #include "lcmtypes/plausible.h"
-#include "rcs/base/protection_quantiles.h"
 
 namespace rcs::bg {
 namespace {
@@ -13,9 +13,14 @@ namespace {
 constexpr double kFarthest_m = 1e6;
 constexpr int kMaxCells = 1024 * 1024;
 
+bool is_frame(std::int8_t frame) {
+  return frame == command_t::FRAME_WORLD || frame == command_t::FRAME_LOCAL ||
+         frame == command_t::FRAME_ROLLING;
+}
+
 /// Why the content of a GOTO cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {
-  if (m.frame != command_t::FRAME_WORLD && m.frame != command_t::FRAME_LOCAL) {
+  if (!is_frame(m.frame)) {
     return "command rejected: the frame of the waypoints is unknown";
   }
   if (m.n < 1 || m.n > Route::kMaxWaypoints) {
@@ -50,30 +55,6 @@ Duration sum(std::int64_t age_us, Duration more) {
   return Duration(age_us) + more;
 }
 
-/// While the LADAR is lost or excluded, the covariance relative to the map grows.
-void read_local_levels(const nav_state_t& m, Nav* nav) {
-  Pose T_rolling_vehicle;
-  if (m.rolling_valid == 0 ||
-      !from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_vehicle)) {
-    return;
-  }
-  Mat3 in_vehicle;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    for (Eigen::Index j = 0; j < 3; ++j) in_vehicle(i, j) = m.cov_rolling_pose[i][j];
-  }
-  const Mat3 R = T_rolling_vehicle.q.toRotationMatrix();
-  const Mat3 in_map = R * in_vehicle * R.transpose();
-  const double mean = 0.5 * (in_map(0, 0) + in_map(1, 1));
-  const double largest = mean + std::hypot(0.5 * (in_map(0, 0) - in_map(1, 1)), in_map(0, 1));
-  // For a new map the covariance is a difference of large and equal matrices (modules/wm/eskf.cpp).
-  constexpr double kRounding_m2 = 1e-6;
-  const bool good = std::isfinite(largest) && largest > -kRounding_m2 &&
-                    std::isfinite(in_map(2, 2)) && in_map(2, 2) > -kRounding_m2;
-  if (!good) return;
-  nav->local_horizontal_m = kHorizontalQuantile * std::sqrt(std::max(0.0, largest));
-  nav->local_vertical_m = kVerticalQuantile * std::sqrt(std::max(0.0, in_map(2, 2)));
-}
-
 }  // namespace
 
 CommandKind kind_of(const command_t& m) {
@@ -92,10 +73,9 @@ CommandKind kind_of(const command_t& m) {
   }
 }
 
-bool Route::continued_by(const command_t& m) const {
+bool Route::is_task_of(const command_t& m) const {
   return m.task != 0 && m.task == task_ && m.issuer == issuer_ && m.frame == frame_ &&
-         std::equal(m.waypoint.begin(), m.waypoint.end(), waypoints_.begin(), waypoints_.end(),
-                    same);
+         m.map_epoch == map_epoch_;
 }
 
 std::string_view Route::take(const command_t& m) {
@@ -104,17 +84,39 @@ std::string_view Route::take(const command_t& m) {
     return cannot;
   }
   const auto done = static_cast<std::size_t>(m.waypoints_done);
-  if (continued_by(m)) {
-    next_ = std::max(next_, done);
-    return "";
+  if (is_task_of(m)) {
+    if (std::equal(m.waypoint.begin(), m.waypoint.end(), waypoints_.begin(), waypoints_.end(),
+                   same)) {
+      next_ = std::max(next_, done);
+      return "";
+    }
+    const auto next =
+        arrived() ? m.waypoint.end()
+                  : std::find_if(m.waypoint.begin(), m.waypoint.end(), [this](const waypoint_t& w) {
+                      return same(w, waypoints_[next_]);
+                    });
+    if (next != m.waypoint.end()) {
+      next_ = std::max(static_cast<std::size_t>(next - m.waypoint.begin()), done);
+      waypoints_ = m.waypoint;
+      return "";
+    }
   }
   waypoints_ = m.waypoint;
   next_ = done;
   frame_ = m.frame;
+  map_epoch_ = m.map_epoch;
   issuer_ = m.issuer;
   task_ = m.task;
   ++number_;
   return "";
+}
+
+std::size_t Route::ahead(std::size_t from, double distance_m) const {
+  while (from + 1 < waypoints_.size() && distance_m > 0.0) {
+    const Vec3 here = from_message(waypoints_[from].p_m);
+    distance_m -= (from_message(waypoints_[++from].p_m) - here).norm();
+  }
+  return from;
 }
 
 void Route::clear() {
@@ -142,7 +144,11 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
   n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
   n.sigma_world_m = std::sqrt(std::max(variance_x, variance_y));
-  read_local_levels(m, &n);
+  n.local = local_levels(m);
+  if (m.rolling_valid != 0 &&
+      from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &n.T_rolling_vehicle)) {
+    n.map_epoch = m.map_epoch;
+  }
   n.ins_age = m.age_ins_us == -1 ? Duration::zero() : sum(m.age_ins_us, Duration(0));
   n.ladar_age = sum(m.age_rolling_us, Duration(0));
   n.gps_age = sum(m.age_gps_us, Duration(0));
@@ -181,6 +187,7 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
     g.step_m = 0.01F * m.step_cm[k];
     g.slope_rad = static_cast<float>(radians(m.slope_deg[k]));
     g.roughness_m = 0.01F * m.roughness_cm[k];
+    g.off_route_m = 0.0F;
   }
   return true;
 }

@@ -2,11 +2,12 @@
 // Validates and converts the messages that BG receives; the code behind it relies on valid data.
 
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "lcmtypes/local_levels.h"
 #include "lcmtypes/rcs/command_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
@@ -26,13 +27,18 @@ class Route {
   static constexpr int kMaxWaypoints = 64;
   Route() { waypoints_.reserve(kMaxWaypoints); }
 
-  /// A command that repeats the current task changes nothing; a new task begins after the waypoints
-  /// that its superior reports as done.
+  /// A command that repeats the current task changes nothing. One of the same task that contains
+  /// the next waypoint replaces the waypoints, and the route goes on there without a stop: a long
+  /// route comes in parts. A new task begins after the waypoints that its superior reports as done.
   /// @return why its content cannot be executed, and then the route is empty; empty: it can
   std::string_view take(const command_t& goto_command);
   void clear();
   /// Marks the next waypoint as done.
   void pass() { ++next_; }
+  void pass_to(std::size_t next) { next_ = next; }
+  /// The first waypoint after the next one that is `distance_m` farther along the route, or the
+  /// last.
+  [[nodiscard]] std::size_t ahead(std::size_t from, double distance_m) const;
 
   [[nodiscard]] bool arrived() const { return next_ >= waypoints_.size(); }
   [[nodiscard]] int done() const { return static_cast<int>(next_); }
@@ -42,16 +48,22 @@ class Route {
   [[nodiscard]] const waypoint_t* after_next() const {
     return next_ + 1 < waypoints_.size() ? &waypoints_[next_ + 1] : nullptr;
   }
+  [[nodiscard]] const std::vector<waypoint_t>& waypoints() const { return waypoints_; }
   [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
+  /// The map epoch of a route in frame rolling.
+  [[nodiscard]] std::optional<std::int32_t> map_epoch() const {
+    return frame_ == command_t::FRAME_ROLLING ? std::optional(map_epoch_) : std::nullopt;
+  }
   /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }
 
  private:
-  [[nodiscard]] bool continued_by(const command_t& m) const;
+  [[nodiscard]] bool is_task_of(const command_t& m) const;
 
   std::vector<waypoint_t> waypoints_;
   std::size_t next_ = 0;
   std::int8_t frame_ = command_t::FRAME_WORLD;
+  std::int32_t map_epoch_ = 0;
   std::string issuer_;
   std::int64_t task_ = 0;
   int number_ = 0;
@@ -70,10 +82,9 @@ struct Nav {
   bool aligned = false;
   double speed_mps = 0.0;
   double sigma_world_m = 0.0;
-  /// Protection levels of the position relative to the rolling map, to which a task in frame local
-  /// refers; infinite: no map, or no valid covariance.
-  double local_horizontal_m = std::numeric_limits<double>::infinity();
-  double local_vertical_m = std::numeric_limits<double>::infinity();
+  std::int32_t map_epoch = -1;  ///< of frame rolling; -1: none
+  Pose T_rolling_vehicle;
+  LocalLevels local;   ///< to which a task in frame local or rolling refers
   Duration ins_age{};  ///< 0: no INS yet
   Duration ladar_age = Duration::max();
   Duration gps_age = Duration::max();

@@ -17,7 +17,9 @@ constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 constexpr Duration kUnregistered = from_seconds(5.0);
 constexpr double kLeadBack_m = 10.0;
-constexpr double kBeforeEnd_m = 5.0;  // of a path that is kept, in addition to the way to stop
+constexpr double kAhead_m = 12.0;        // of the goal on a way back
+constexpr std::size_t kPlacesAhead = 8;  // of a way back, that may be left out
+constexpr double kBeforeEnd_m = 5.0;     // of a path that is kept, in addition to the way to stop
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -196,6 +198,7 @@ void BgNode::take_map(const Cycle& cycle) {
     if (trail_local_utime_ == m->local_utime) {
       planner_.note(place(), terrain_, obstacles_);
     }
+    mark_way_back();
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
@@ -221,6 +224,11 @@ void BgNode::note_datum() {
   other_world_ = other_world_ || *datum_ != nav_.datum;
 }
 
+bool BgNode::in_other_map() const {
+  return route_.map_epoch() && nav_.arrival != Stamp::min() &&
+         nav_.map_epoch != *route_.map_epoch();
+}
+
 bool BgNode::map_is_of_now() const {
   return terrain_.width > 0 && terrain_local_utime_ == nav_.local_utime;
 }
@@ -243,10 +251,17 @@ Goal BgNode::goal() {
     }
     return *ahead_;
   }
-  return goal_of(route_.next());
+  if (!route_.map_epoch()) return goal_of(route_.next());
+  return goal_of(route_.waypoints()[route_.ahead(next_place(), kAhead_m)]);
 }
 
 std::optional<Goal> BgNode::onward_goal() const {
+  if (route_.map_epoch()) {
+    const std::size_t to = route_.ahead(next_place(), kAhead_m);
+    const std::size_t onward = route_.ahead(to, kAhead_m);
+    if (onward == to) return std::nullopt;
+    return goal_of(route_.waypoints()[onward]);
+  }
   const waypoint_t* const after = route_.after_next();
   if (!knows_north() || after == nullptr) return std::nullopt;
   return goal_of(*after);
@@ -256,6 +271,8 @@ Goal BgNode::goal_of(const waypoint_t& w) const {
   Vec3 p = from_message(w.p_m);
   if (route_.in_world()) {
     p = nav_.T_local_vehicle * (nav_.T_world_vehicle.inverse() * p);
+  } else if (route_.map_epoch()) {
+    p = nav_.T_local_vehicle * (nav_.T_rolling_vehicle.inverse() * p);
   }
   // The radius is reduced by the uncertainty, so that the vehicle is really within the circle.
   const double sigma_m = route_.in_world() ? nav_.sigma_world_m : 0.0;
@@ -263,12 +280,50 @@ Goal BgNode::goal_of(const waypoint_t& w) const {
 }
 
 void BgNode::pass_waypoints() {
-  if (nav_.arrival == Stamp::min() || !knows_north() || other_world_) return;
-  while (!route_.arrived()) {
-    const Goal g = goal();
-    const Place here = place();
-    if (std::hypot(g.x_m - here.x_m, g.y_m - here.y_m) > g.radius_m) return;
-    route_.pass();
+  if (nav_.arrival == Stamp::min() || !knows_north() || other_world_ || in_other_map()) return;
+  const auto is_at = [this](const Goal& g) {
+    return std::hypot(g.x_m - place().x_m, g.y_m - place().y_m) <= g.radius_m;
+  };
+  if (!route_.map_epoch()) {
+    while (!route_.arrived() && is_at(goal())) route_.pass();
+    return;
+  }
+  // Of a way back, places that an obstacle has made the vehicle leave out are done, too.
+  const std::size_t size = route_.waypoints().size();
+  const std::size_t last = std::min(size, next_place() + kPlacesAhead);
+  for (std::size_t k = last; k-- > next_place();) {
+    if (k + 1 == size && k > next_place()) continue;  // the last one is driven to
+    if (!is_at(goal_of(route_.waypoints()[k]))) continue;
+    route_.pass_to(k + 1);
+    return;
+  }
+}
+
+// The way back is known to be drivable, and the vehicle keeps to it.
+void BgNode::mark_way_back() {
+  constexpr double kFarthest_m = 2.0;
+  if (!route_.map_epoch() || route_.arrived() || in_other_map()) return;
+  std::vector<Vec2>& line = way_back_line_;
+  line.clear();
+  const std::size_t from = next_place() > 2 ? next_place() - 2 : 0;
+  const std::size_t to = route_.ahead(next_place(), 3.0 * kAhead_m);
+  for (std::size_t k = from; k <= to; ++k) {
+    const Goal g = goal_of(route_.waypoints()[k]);
+    line.emplace_back(g.x_m, g.y_m);
+  }
+  for (int j = 0; j < terrain_.height; ++j) {
+    for (int i = 0; i < terrain_.width; ++i) {
+      const Cell cell{terrain_.first.i + i, terrain_.first.j + j};
+      const Vec2 p = terrain_.cell_m * Vec2(cell.i + 0.5, cell.j + 0.5);
+      double nearest = kFarthest_m;
+      for (std::size_t k = 1; k < line.size(); ++k) {
+        const Vec2 d = line[k] - line[k - 1];
+        const double t =
+            std::clamp((p - line[k - 1]).dot(d) / std::max(1e-9, d.squaredNorm()), 0.0, 1.0);
+        nearest = std::min(nearest, (p - line[k - 1] - t * d).norm());
+      }
+      terrain_.ground[terrain_.index(cell)].off_route_m = static_cast<float>(nearest);
+    }
   }
 }
 
@@ -281,7 +336,8 @@ Facts BgNode::facts(Stamp now) const {
     f.command_is_valid = subordinate_.valid(now);
     f.cannot = other_world_
                    ? "command rejected: WM has begun another frame world with another datum"
-                   : cannot_;
+               : in_other_map() ? "command rejected: SP has begun another rolling map"
+                                : cannot_;
   }
   f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;
   if (nav_.arrival == Stamp::min()) return f;
@@ -329,7 +385,7 @@ double BgNode::speed_share() const {
     narrow(c->alert_limit_vertical_m, &speeds.alert_limit_vertical_m);
   }
   if (!route_.in_world()) {
-    return vj::protected_share(nav_.local_horizontal_m, nav_.local_vertical_m, speeds);
+    return vj::protected_share(nav_.local.horizontal_m, nav_.local.vertical_m, speeds);
   }
   return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
                   vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, speeds));

@@ -45,6 +45,8 @@ class BgNode final : public Node {
   [[nodiscard]] double speed_share() const;
   void leave_trail();
   void note_datum();
+  /// The rolling map of the route is no longer that of SP.
+  [[nodiscard]] bool in_other_map() const;
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
   /// Of the vehicle, on the last map.
@@ -56,6 +58,8 @@ class BgNode final : public Node {
   /// WM knows the frame of the route.
   [[nodiscard]] bool knows_north() const { return !route_.in_world() || nav_.world_valid; }
   void pass_waypoints();
+  [[nodiscard]] std::size_t next_place() const { return static_cast<std::size_t>(route_.done()); }
+  void mark_way_back();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
   [[nodiscard]] Start start(double speed_mps) const;
@@ -103,9 +107,10 @@ class BgNode final : public Node {
   Planner planner_;  // frame local
 
   Route route_;
-  std::optional<Vec3> datum_;  // of frame world of the route
-  bool other_world_ = false;   // WM has begun another frame world meanwhile
-  std::optional<Goal> ahead_;  // frame local: where to drive while the heading is unknown
+  std::vector<Vec2> way_back_line_;  // frame local
+  std::optional<Vec3> datum_;        // of frame world of the route
+  bool other_world_ = false;         // WM has begun another frame world meanwhile
+  std::optional<Goal> ahead_;        // frame local: where to drive while the heading is unknown
   std::string_view cannot_;
   EmergencyStop emergency_stop_;
 

@@ -76,6 +76,10 @@ Decision decide(const Facts& f, const DecideParams& p) {
     }
     return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING", "");
   }
+  if (!f.world_known) {
+    return row(__LINE__, Action::kInitialize, Status::kExecuting, "INITIALIZING_HEADING",
+               "driving slowly ahead to initialize the heading of the world model");
+  }
   if (f.above_limit > p.patience && may_return) {
     return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING",
                "returning because the protection level is above the alert limit of the task");

@@ -28,7 +28,8 @@ struct Facts {
   Duration bg_age = Duration::max();
   bool emergency_stop = false;  ///< latched by BG
   bool pose_valid = false;
-  bool zone_kept = true;  ///< the vehicle is provably inside of the fence
+  bool world_known = true;  ///< the pose in frame world
+  bool zone_kept = true;    ///< the vehicle is provably inside of the fence
   /// Protection level over the alert limit of the task: of the position in frame world, and of that
   /// relative to the own map.
   double world_level = 0.0;
@@ -52,12 +53,13 @@ struct DecideParams {
 };
 
 enum class Action {
-  kNone,    ///< BG is not commanded
-  kHalt,    ///< BG is commanded to halt
-  kSearch,  ///< the same, while the route is searched
-  kReplan,  ///< the blocked place is excluded, and the route is searched again
-  kDrive,   ///< along the route
-  kReturn,  ///< along the way back
+  kNone,        ///< BG is not commanded
+  kHalt,        ///< BG is commanded to halt
+  kSearch,      ///< the same, while the route is searched
+  kInitialize,  ///< BG is sent to the first place: it drives ahead until the heading is known
+  kReplan,      ///< the blocked place is excluded, and the route is searched again
+  kDrive,       ///< along the route
+  kReturn,      ///< along the way back
 };
 
 enum class Status { kUninitialized, kExecuting, kDone, kError };

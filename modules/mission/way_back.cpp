@@ -37,6 +37,7 @@ WayPart WayBack::first_part(std::int32_t epoch) const {
     const Breadcrumb& here = crumbs_[at];
     if (part.rolling ? here.epoch != epoch : !here.in_world) break;
     part.places.push_back(part.rolling ? here.p_rolling : here.p_world);
+    part.to_the_start = at == 0;
     if (at == 0) break;
     // The oldest pass of this place cuts off all loops between.
     std::size_t next = at - 1;

@@ -23,6 +23,7 @@ struct WayPart {
   bool rolling = false;  ///< in frame rolling of `epoch`; else in frame world
   std::int32_t epoch = -1;
   std::vector<Vec3> places;
+  bool to_the_start = false;  ///< the last place is where the way began
 };
 
 class WayBack {
@@ -44,6 +45,12 @@ class WayBack {
   /// @return no places: nothing was driven, or what follows was driven in another map and its
   ///   position in frame world is not known
   [[nodiscard]] WayPart first_part(std::int32_t epoch) const;
+
+  /// first_part() has places.
+  [[nodiscard]] bool begins_in(std::int32_t epoch) const {
+    return !crumbs_.empty() &&
+           (crumbs_.back().in_world || (epoch >= 0 && crumbs_.back().epoch == epoch));
+  }
 
   /// What was driven after the place of the way nearest to `here` has been driven back.
   /// @return distance to that place [m]; infinite: none is in this frame

@@ -24,8 +24,9 @@ bool passable(const Ground& g, const Weights& w) {
 
 double cost_per_m(const Ground& g, double clearance_m, const Weights& w) {
   const double near = nearness(clearance_m, w);
-  const double cost =
-      1.0 + w.nearness * near * near + (clearance_m < w.margin_m ? w.within_margin : 0.0);
+  const double cost = 1.0 + w.nearness * near * near +
+                      (clearance_m < w.margin_m ? w.within_margin : 0.0) +
+                      w.off_route * g.off_route_m;
   if (!g.known) return cost + w.unknown;
   const double slope = std::min(1.0, g.slope_rad / w.max_slope_rad);
   const double rough = std::min(1.0, g.roughness_m / w.max_roughness_m);

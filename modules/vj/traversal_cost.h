@@ -18,6 +18,7 @@ struct Ground {
   float step_m = 0.0F;  ///< of an object or a ledge above the plane of the neighbourhood
   float slope_rad = 0.0F;
   float roughness_m = 0.0F;  ///< rms about that plane
+  float off_route_m = 0.0F;  ///< distance from the way that the vehicle drives back on
 };
 
 /// A rectangle of ground, row by row, x fastest.
@@ -48,6 +49,7 @@ struct Weights {
   double step = 3.0;            ///< the same at the largest step that is not an obstacle
   double unknown = 1.5;         ///< added to the cost of a metre of unknown ground
   double vegetation = 1.0;      ///< the same of ground below tall vegetation
+  double off_route = 2.0;       ///< added for each metre from the way that it drives back on
   double nearness = 3.0;        ///< the same in contact with an obstacle
   double near_m = 1.5;          ///< clearance from which obstacles add no cost
   double within_margin = 10.0;  ///< added to the cost of a metre with less clearance than margin_m

@@ -12,6 +12,13 @@ bool plausible(std::int64_t utime) { return utime > -kLongest_us && utime < kLon
 
 bool is_stop(const command_t& m) { return m.kind == command_t::KIND_EMERGENCY_STOP; }
 
+bool same_waypoints(const std::vector<waypoint_t>& a, const std::vector<waypoint_t>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const waypoint_t& v, const waypoint_t& w) {
+                      return std::equal(std::begin(v.p_m), std::end(v.p_m), std::begin(w.p_m));
+                    });
+}
+
 }  // namespace
 
 CommandPort::CommandPort(Bus* bus, std::string_view command_channel, std::string_view stop_channel,
@@ -35,10 +42,14 @@ std::int64_t CommandPort::new_stop_id() const {
 std::int64_t CommandPort::send(const Command& command, Stamp now) {
   command_.utime = to_utime(now);
   command_.serial = std::max(command_.serial + 1, to_utime(now));
-  if (command.task == 0 || command.task != command_.task) command_.waypoints_done = 0;
+  if (command.task == 0 || command.task != command_.task ||
+      !same_waypoints(command.waypoints, command_.waypoint)) {
+    command_.waypoints_done = 0;
+  }
   command_.task = command.task;
   command_.kind = command.kind;
   command_.frame = command.frame;
+  command_.map_epoch = command.map_epoch;
   command_.alert_limit_horizontal_m = command.alert_limit_horizontal_m;
   command_.alert_limit_vertical_m = command.alert_limit_vertical_m;
   command_.valid_until_utime = to_utime(now + command.valid_for);

@@ -27,6 +27,7 @@ namespace rcs {
 struct Command {
   std::int8_t kind = command_t::KIND_HALT;
   std::int8_t frame = command_t::FRAME_WORLD;
+  std::int32_t map_epoch = 0;  ///< of FRAME_ROLLING
   std::vector<waypoint_t> waypoints;
   /// A new command with the same number continues the task, also in a restarted subordinate:
   /// waypoints already reached are not driven to again. 0: the command does not continue another

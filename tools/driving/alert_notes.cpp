@@ -48,7 +48,7 @@ void AlertNotes::take(const nav_state_t& m) {
   bg::Nav nav;
   if (in_world_ || m.utime - nav_utime_ < kEvery_us || !bg::read_nav(m, Stamp::min(), &nav)) return;
   nav_utime_ = m.utime;
-  take_levels(nav.local_horizontal_m, nav.local_vertical_m);
+  take_levels(nav.local.horizontal_m, nav.local.vertical_m);
 }
 
 void AlertNotes::take_levels(double horizontal_m, double vertical_m) {

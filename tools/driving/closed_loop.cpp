@@ -18,6 +18,7 @@
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_node.h"
+#include "modules/mission/mission_node.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/base/geodesy.h"
@@ -31,12 +32,18 @@
 namespace rcs::driving {
 namespace {
 
-/// Commands the waypoints of the course, and repeats the command every second until they are done.
+/// Commands the waypoints of the course, and repeats the command every second until they are done;
+/// then to return, if the level has a way back.
 class Operator final : public Node {
  public:
-  Operator(Bus* bus, Stamp begin)
-      : port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "operator", {}),
-        begin_(begin) {}
+  Operator(Bus* bus, Stamp begin, Level level)
+      : port_(bus, level == Level::kBg ? channel::kBgCommand : channel::kMissionCommand,
+              channel::kBgStop, level == Level::kBg ? channel::kBgStatus : channel::kMissionStatus,
+              "operator", params(level)),
+        begin_(begin),
+        returns_(level == Level::kVisitReturn),
+        // The mission node echoes once a second: a command must not be replaced before.
+        each_(from_seconds(level == Level::kBg ? 1.0 : 4.0)) {}
 
   /// Not before there are waypoints.
   void ask(const Command& order) { order_ = order; }
@@ -51,26 +58,44 @@ class Operator final : public Node {
     if (cycle.now < begin_ || !order_) return;
     if (first_sent == Stamp::min()) first_sent = cycle.now;
     if (done_at == Stamp::max() && cycle.now >= next_send_) {
-      order_->task = 1;
+      order_->task = turned_at == Stamp::max() ? 1 : 2;
+      order_->valid_for = 2 * each_ + each_ / 2;
       port_.send(*order_, cycle.now);
-      next_send_ = cycle.now + from_seconds(1.0);
+      next_send_ = cycle.now + each_;
     }
     const CommandProgress current = port_.progress(cycle.now);
     reason = current.reason;
-    if (current.state == CommandProgress::State::kDone) done_at = std::min(done_at, cycle.now);
+    if (current.state == CommandProgress::State::kDone && returns_ && turned_at == Stamp::max()) {
+      turned_at = cycle.now;
+      order_->kind = command_t::KIND_RETURN;
+      order_->waypoints.clear();
+      next_send_ = cycle.now;
+    } else if (current.state == CommandProgress::State::kDone) {
+      done_at = std::min(done_at, cycle.now);
+    }
     if (port_.status() != nullptr) state = port_.status()->state;
   }
 
   Stamp first_sent = Stamp::min();
+  Stamp turned_at = Stamp::max();  ///< when the vehicle was commanded to return
   Stamp done_at = Stamp::max();
   std::string reason;
   std::string state;
 
  private:
+  /// The mission node reports once a second.
+  static CommandPortParams params(Level level) {
+    CommandPortParams p;
+    if (level != Level::kBg) p.silence = from_seconds(2.5);
+    return p;
+  }
+
   NodeInfo info_{"operator", from_milliseconds(50.0), from_milliseconds(0.1)};
   PeriodicClock clock_{from_milliseconds(200.0)};
   CommandPort port_;
   Stamp begin_;
+  bool returns_;
+  Duration each_;
   Stamp next_send_ = Stamp::min();
   std::optional<Command> order_;
 };
@@ -136,6 +161,21 @@ Command goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& optio
   return order;
 }
 
+/// How long a node was in each state.
+class StateNotes {
+ public:
+  void take(const status_t& m, std::map<std::string, double>* states_s) {
+    const Stamp now = from_utime(m.utime);
+    if (!state_.empty()) (*states_s)[state_] += seconds(now - at_);
+    state_ = m.state;
+    at_ = now;
+  }
+
+ private:
+  std::string state_;
+  Stamp at_{};
+};
+
 /// Everything that is recorded of a run.
 class Notes {
  public:
@@ -156,7 +196,11 @@ class Notes {
                   level_m_ =
                       m.validity == integrity_t::VALID_WORLD ? m.protection_horizontal_m : kNoLevel;
                 }),
-        states_(bus, channel::kBgStatus, [this](const status_t& m, Stamp) { take(m); }),
+        states_(bus, channel::kBgStatus,
+                [this](const status_t& m, Stamp) { bg_state_.take(m, &run_.states_s); }),
+        mission_states_(
+            bus, channel::kMissionStatus,
+            [this](const status_t& m, Stamp) { mission_state_.take(m, &run_.mission_states_s); }),
         plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }) {
     if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
   }
@@ -229,13 +273,6 @@ class Notes {
         T_world_vehicle;
   }
 
-  void take(const status_t& m) {
-    const Stamp now = from_utime(m.utime);
-    if (!state_.empty()) run_.states_s[state_] += seconds(now - state_at_);
-    state_ = m.state;
-    state_at_ = now;
-  }
-
   void take(const plan_t& m) {
     const bool often =
         !run_.plans.empty() && from_utime(m.utime) - run_.plans.back().stamp < from_seconds(1.0);
@@ -257,8 +294,8 @@ class Notes {
   ClosedLoopRun& run_;
   LocalFrame world_;
   double level_m_ = kNoLevel;
-  std::string state_;
-  Stamp state_at_{};
+  StateNotes bg_state_;
+  StateNotes mission_state_;
   ClosedLoopSample sample_;
   Stamp fix_ = Stamp(std::chrono::seconds(-10));
   Pose T_local_vehicle_;
@@ -272,8 +309,38 @@ class Notes {
   Tap<nav_state_t> nav_;
   Tap<integrity_t> levels_;
   Tap<status_t> states_;
+  Tap<status_t> mission_states_;
   Tap<plan_t> plans_;
 };
+
+WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp turned_at) {
+  WayBackOutcome out;
+  const auto turn = std::find_if(trace.begin(), trace.end(),
+                                 [&](const ClosedLoopSample& s) { return s.stamp >= turned_at; });
+  if (turn == trace.begin() || turn == trace.end()) return out;
+  const auto place = [](const ClosedLoopSample& s) { return Vec2(s.T_world_vehicle.p.head<2>()); };
+  double squares = 0.0;
+  int samples = 0;
+  for (auto s = turn + 1; s != trace.end(); ++s) {
+    const double step_m = (place(*s) - place(*(s - 1))).norm();
+    out.length_m += step_m;
+    if (s->speed_mps < 0.2) continue;  // a rest would count as often as its time
+    double nearest = std::numeric_limits<double>::infinity();
+    for (auto o = trace.begin(); o + 1 < turn; ++o) {
+      const Vec2 d = place(*(o + 1)) - place(*o);
+      const double t = d.squaredNorm() > 0.0
+                           ? std::clamp((place(*s) - place(*o)).dot(d) / d.squaredNorm(), 0.0, 1.0)
+                           : 0.0;
+      nearest = std::min(nearest, (place(*s) - place(*o) - t * d).norm());
+    }
+    squares += nearest * nearest;
+    ++samples;
+    out.lateral_max_m = std::max(out.lateral_max_m, nearest);
+  }
+  out.lateral_rms_m = samples > 0 ? std::sqrt(squares / samples) : 0.0;
+  out.end_m = (place(trace.back()) - place(trace.front())).norm();
+  return out;
+}
 
 void conclude(const Operator& op, Stamp last, double radius_m, ClosedLoopRun* run) {
   run->done = op.done_at != Stamp::max();
@@ -325,7 +392,14 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
     run.config_error = driver.error().message;
     return run;
   }
-  Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s));
+  const bool with_mission = options.level != Level::kBg;
+  Result<std::unique_ptr<Node>> mission =
+      with_mission ? mission::make_mission_node(*file, &bus) : std::unique_ptr<Node>();
+  if (!mission) {
+    run.config_error = mission.error().message;
+    return run;
+  }
+  Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s), options.level);
   const Notes notes(&bus, simulator, scenario, options, &op, &run);
   std::optional<ActorNotes> actors;
   if (!scenario.actors.empty()) actors.emplace(&bus, simulator);
@@ -342,9 +416,13 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   WithLosses sensors(&simulator, options.losses);
   UntilDone source(&sensors, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
-  rcs::run({sp->get(), wm->get(), driver->get(), &op}, timeline, nullptr);
+  std::vector<Node*> nodes = {sp->get(), wm->get(), driver->get()};
+  if (with_mission) nodes.push_back(mission->get());
+  nodes.push_back(&op);
+  rcs::run(nodes, timeline, nullptr);
 
   conclude(op, notes.last(), options.radius_m, &run);
+  run.way_back = way_back_of(run.trace, op.turned_at);
   run.drive = simulator.commanded_vehicle()->model().account();
   run.fenced = simulator.commanded_vehicle()->fenced();
   run.contacts = simulator.contacts();

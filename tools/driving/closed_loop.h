@@ -31,11 +31,19 @@ using DriverFactory =
 [[nodiscard]] Result<std::unique_ptr<Node>> make_bg(const ParamFile& file, Bus* bus,
                                                     const sim::Simulator& simulator);
 
+/// Who drives the course.
+enum class Level {
+  kBg,           ///< the operator commands BG
+  kVisit,        ///< the operator gives the mission node the task to visit the waypoints
+  kVisitReturn,  ///< and then to return to the start
+};
+
 struct ClosedLoopOptions {
   std::string vehicle_config;  ///< path
   std::string more_config;     ///< TOML text behind it
   std::string prior_map;       ///< the a priori map is written here; empty: none
   std::int8_t frame = command_t::FRAME_WORLD;
+  Level level = Level::kBg;
   double radius_m = 3.0;       ///< of the waypoints
   double alert_limit_m = 0.0;  ///< horizontal, of the task; 0: that of the vehicle
   std::vector<SourceLoss> losses;
@@ -61,6 +69,14 @@ struct ClosedLoopSample {
 struct ClosedLoopPlan {
   Stamp stamp;
   std::vector<Vec2> points_world;  ///< as observed by the vehicle, from its true pose
+};
+
+/// The way back against the way out, both true.
+struct WayBackOutcome {
+  double length_m = 0.0;       ///< of the way back; 0: there was none
+  double lateral_rms_m = 0.0;  ///< distance from the way out
+  double lateral_max_m = 0.0;
+  double end_m = 0.0;  ///< from its start, at the end
 };
 
 struct ClosedLoopRun {
@@ -90,8 +106,10 @@ struct ClosedLoopRun {
   double worst_tilt_rad = 0.0;      ///< of the vehicle's vertical axis
   /// While WM states a horizontal protection level in frame world.
   double bounded_s = 0.0;
-  double outside_level_s = 0.0;            ///< of these, with the error above the level
-  std::map<std::string, double> states_s;  ///< of the driver, and how long it was in each
+  double outside_level_s = 0.0;                    ///< of these, with the error above the level
+  std::map<std::string, double> states_s;          ///< of the driver, and how long it was in each
+  std::map<std::string, double> mission_states_s;  ///< likewise, of the mission node
+  WayBackOutcome way_back;
   sim::DriveAccount drive;
   bool fenced = false;
 

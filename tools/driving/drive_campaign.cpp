@@ -67,6 +67,7 @@ class Campaign {
     options.vehicle_config = campaign_.vehicle_config;
     options.more_config = campaign_.more_config;
     options.frame = campaign_.frame;
+    options.level = campaign_.level;
     options.alert_limit_m = campaign_.alert_limit_m;
     if (campaign_.losses) options.losses = draw_losses(static_cast<std::uint64_t>(row.seed));
     options.stop = campaign_.stop;

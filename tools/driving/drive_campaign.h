@@ -17,6 +17,7 @@ struct DriveCampaign {
   std::string vehicle_config;  ///< path
   std::string more_config;     ///< TOML text behind it
   std::int8_t frame = 0;       ///< of the commands, command_t::FRAME_*
+  Level level = Level::kBg;
   std::vector<std::int64_t> seeds;
   std::optional<double> gps_lost_after_m;
   double alert_limit_m = 0.0;  ///< horizontal, of the commands; 0: that of the vehicle

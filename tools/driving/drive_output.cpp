@@ -125,6 +125,11 @@ Json to_json(const ActorOutcome& outcome) {
           {"ground", to_json(outcome.ground)}};
 }
 
+bool has_way_back(const std::vector<DriveRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const DriveRow& row) { return row.run.way_back.length_m > 0.0; });
+}
+
 }  // namespace
 
 report::Table drive_table(const std::vector<DriveRow>& rows) {
@@ -134,6 +139,11 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
   const bool actors = has_actors(rows);
   if (actors) {
     const std::vector<std::string> more = {"actors", "hit", "ran into", "free [s]"};
+    t.header.insert(t.header.end() - 1, more.begin(), more.end());
+  }
+  const bool back = has_way_back(rows);
+  if (back) {
+    const std::vector<std::string> more = {"back [m]", "lateral [m]", "max [m]", "end [m]"};
     t.header.insert(t.header.end() - 1, more.begin(), more.end());
   }
   const bool alerts = has_alerts(rows);
@@ -156,6 +166,11 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
       add({std::to_string(a.met()), std::to_string(a.contacts_of_vehicle()),
            std::to_string(a.ran_into_vehicle()), report::fixed(a.ground.worst_s(), 1)});
     }
+    if (back) {
+      const WayBackOutcome& w = run.way_back;
+      add({report::fixed(w.length_m, 0), report::fixed(w.lateral_rms_m, 2),
+           report::fixed(w.lateral_max_m, 2), report::fixed(w.end_m, 2)});
+    }
     if (alerts) {
       const AlertOutcome& o = run.alerts;
       add({std::to_string(o.crossings), std::to_string(o.late), report::fixed(o.beyond_m, 1),
@@ -175,6 +190,12 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
         "ran into: actors that ran into the vehicle, which had been at rest for a second; no part "
         "of contacts. free: longest time that ground where an actor was stayed an obstacle in WM's "
         "map, in view of the LADAR.";
+  }
+  if (back) {
+    t.note +=
+        " back: length of the way back. lateral, max: RMS and largest distance of the true way "
+        "back "
+        "from the true way out. end: distance of its end from the start.";
   }
   if (alerts) {
     t.note +=
@@ -234,6 +255,8 @@ Json to_json(const std::vector<DriveRow>& rows) {
   for (const auto& [seed, run] : rows) {
     Json states = Json::object();
     for (const auto& [state, time_s] : run.states_s) states[state] = time_s;
+    Json mission_states = Json::object();
+    for (const auto& [state, time_s] : run.mission_states_s) mission_states[state] = time_s;
     out["drives"].push_back({{"seed", seed},
                              {"arrived", run.done},
                              {"reason", run.reason},
@@ -260,7 +283,13 @@ Json to_json(const std::vector<DriveRow>& rows) {
                              {"lateral_mps2", run.worst_lateral_mps2},
                              {"error_m", run.worst_error_m},
                              {"within_level", share_within(run)},
-                             {"states_s", states}});
+                             {"way_back",
+                              {{"length_m", run.way_back.length_m},
+                               {"lateral_rms_m", run.way_back.lateral_rms_m},
+                               {"lateral_max_m", run.way_back.lateral_max_m},
+                               {"end_m", run.way_back.end_m}}},
+                             {"states_s", states},
+                             {"mission_states_s", mission_states}});
   }
   return out;
 }

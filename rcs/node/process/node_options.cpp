@@ -14,10 +14,11 @@ namespace {
 
 /// What the nodes of this system do; empty for another node.
 std::string_view function_of(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFunctions = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFunctions = {
       {{"sp", "sensory processing: registers the scans of the LADAR"},
        {"wm", "world model: estimates the state of the vehicle and the terrain around it"},
        {"bg", "behavior generation: turns commands into paths and drive commands"},
+       {"mission", "vehicle level: turns tasks into routes, and commands bg"},
        {"gateway", "connection of the vehicle to operators on other computers over DDS"},
        {"ros2_bridge", "exchange of messages with ROS 2 nodes over DDS"}}};
   for (const auto& [node, function] : kFunctions) {

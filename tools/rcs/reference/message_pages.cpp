@@ -114,10 +114,11 @@ std::string events_page() {
       "node publishes one event of a code (ten if the\nevent reports changes of a state); the next "
       "one has the number of those that were not published.\n\nSeverity *info* needs no action; "
       "*warning*: data was rejected or a function is degraded; *error*: a\nfunction is lost.\n";
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kNodes = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kNodes = {
       {{"sp", "SP_EVENT"},
        {"wm", "WM_EVENT"},
        {"bg", "BG_EVENT"},
+       {"mission", "MISSION_EVENT"},
        {"gateway", "GATEWAY_EVENT"},
        {"ros2_bridge", "ROS2_BRIDGE_EVENT"},
        {"up", "UP_EVENT"},

@@ -26,7 +26,7 @@ std::vector<std::string> exit_status(const ProgramText& program) {
 
 std::vector<ProgramText> other_programs() {
   std::vector<ProgramText> all;
-  for (const char* name : {"sp", "wm", "bg", "gateway", "ros2_bridge"}) {
+  for (const char* name : {"sp", "wm", "bg", "mission", "gateway", "ros2_bridge"}) {
     CLI::App app;
     NodeOptions options;
     add_node_options(name, &app, &options);

@@ -81,6 +81,12 @@ class DriveCommand final : public Command {
                     "command the waypoints in frame local, as if their world positions were "
                     "unknown");
     app()
+        ->add_option("--mission", mission_,
+                     "visit: the mission node visits the waypoints on routes that it chooses;\n"
+                     "return: and then returns to the start")
+        ->type_name("TASK")
+        ->check(CLI::IsMember({"visit", "return"}));
+    app()
         ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
     CLI::Option* const out =
@@ -103,6 +109,7 @@ class DriveCommand final : public Command {
         "  rcs drive config/sim/closed_loop.toml --seeds 401..410 -o out/drives\n"
         "  rcs drive config/sim/hazards.toml --seeds 501..503 --gps-lost-after 100\n"
         "  rcs drive config/sim/actors.toml --seeds 901..910\n"
+        "  rcs drive config/sim/return.toml --mission return --gps-lost-after 100\n"
         "  rcs drive config/sim/hazards.toml --seeds 801..840 --losses --alert-limit 3\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
         "  rcs why out/drive7/drive_7.log");
@@ -130,6 +137,9 @@ class DriveCommand final : public Command {
     campaign.scenario = scenario_;
     campaign.vehicle_config = config_;
     campaign.frame = local_ ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
+    campaign.level = mission_ == "visit"    ? driving::Level::kVisit
+                     : mission_ == "return" ? driving::Level::kVisitReturn
+                                            : driving::Level::kBg;
     campaign.seeds = seeds_from(seeds_);
     campaign.gps_lost_after_m = gps_lost_after_m_;
     campaign.losses = losses_;
@@ -165,6 +175,7 @@ class DriveCommand final : public Command {
   double alert_limit_m_ = 0.0;
   bool losses_ = false;
   bool local_ = false;
+  std::string mission_;
   int jobs_ = 0;
   std::string out_;
   bool logs_ = false;

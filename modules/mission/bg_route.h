@@ -1,0 +1,53 @@
+#pragma once
+// The places that BG is sent along: a window of them at a time, so that a long route needs no long
+// command.
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "rcs/base/linear.h"
+
+namespace rcs::mission {
+
+struct RoutePlace {
+  Vec3 p = Vec3::Zero();  ///< in the frame of the route
+  double radius_m = 5.0;
+};
+
+class BgRoute {
+ public:
+  static constexpr std::size_t kWindow = 48;  ///< places in a command; BG accepts 64
+
+  void begin(std::vector<RoutePlace> places) {
+    places_ = std::move(places);
+    first_ = done_ = 0;
+  }
+  void clear() { begin({}); }
+
+  /// BG reports how many of the places that it was sent are done.
+  void note(int done) { done_ = std::max(done_, std::min(places_.size(), first_ + size_of(done))); }
+  /// The window is moved once half of it is done: the place that BG drives to is in both.
+  void advance() {
+    if (done_ - first_ >= kWindow / 2 && first_ + kWindow < places_.size()) first_ = done_;
+  }
+
+  [[nodiscard]] bool empty() const { return places_.empty(); }
+  [[nodiscard]] bool arrived() const { return !places_.empty() && done_ == places_.size(); }
+  [[nodiscard]] std::size_t first() const { return first_; }
+  [[nodiscard]] std::size_t last() const { return std::min(places_.size(), first_ + kWindow); }
+  [[nodiscard]] std::size_t done() const { return done_; }
+  [[nodiscard]] const std::vector<RoutePlace>& places() const { return places_; }
+
+ private:
+  static std::size_t size_of(int n) { return n > 0 ? static_cast<std::size_t>(n) : 0; }
+
+  std::vector<RoutePlace> places_;
+  std::size_t first_ = 0;
+  std::size_t done_ = 0;
+};
+
+/// Places each `spacing_m` along a line, its corners and its end included; not its start.
+[[nodiscard]] std::vector<Vec2> divided(const std::vector<Vec2>& line, double spacing_m);
+
+}  // namespace rcs::mission

@@ -1,0 +1,567 @@
+#include "modules/mission/mission_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
+#include "lcmtypes/plausible.h"
+#include "rcs/node/budget.h"
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
+
+namespace rcs::mission {
+namespace {
+
+constexpr char kIssuer[] = "mission";
+constexpr Duration kReportInterval = from_seconds(5.0);
+constexpr Duration kAskAgain = from_seconds(2.0);
+constexpr Duration kNoAnswer = from_seconds(30.0);
+constexpr double kFarthest_m = 1e6;
+constexpr int kMostPlaces = 64;
+constexpr double kAround_m = 200.0;       // of the places of a task, where there is no map
+constexpr double kBlockedAhead_m = 12.0;  // where an obstacle is assumed that BG does not pass
+constexpr double kBlocked_m = 8.0;
+constexpr double kBegun_m = 4.0;  // places of the way back that are nearer are not driven to
+constexpr std::size_t kMostAsked = 900;
+
+TaskKind kind_of(const command_t& m) {
+  switch (m.kind) {
+    case command_t::KIND_HALT:
+    case command_t::KIND_ABORT:
+      return TaskKind::kHold;
+    case command_t::KIND_GOTO:
+      return TaskKind::kVisit;
+    case command_t::KIND_FOLLOW:
+      return TaskKind::kFollow;
+    case command_t::KIND_RETURN:
+      return TaskKind::kReturn;
+    default:
+      return TaskKind::kUnknown;
+  }
+}
+
+/// Why the content of a task cannot be executed; empty: it can.
+std::string_view objection(const command_t& m) {
+  const TaskKind kind = kind_of(m);
+  if (kind != TaskKind::kVisit && kind != TaskKind::kFollow) return "";
+  if (m.frame != command_t::FRAME_WORLD) {
+    return "task refused: its places are not in frame world";
+  }
+  if (m.n < 1 || m.n > kMostPlaces) return "task refused: the number of places is not 1 to 64";
+  for (const waypoint_t& w : m.waypoint) {
+    const Vec3 p = from_message(w.p_m);
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
+      return "task refused: a place is not finite or is beyond 1000 km";
+    }
+    if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
+      return "task refused: the radius of a place is not 0.5 to 50 m";
+    }
+    if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
+      return "task refused: the speed to a place is not above 0 and up to 30 m/s";
+    }
+  }
+  return "";
+}
+
+std::int8_t message_status(Status status) {
+  switch (status) {
+    case Status::kExecuting:
+      return status_t::STATUS_EXEC;
+    case Status::kDone:
+      return status_t::STATUS_DONE;
+    case Status::kError:
+      return status_t::STATUS_ERROR;
+    case Status::kUninitialized:
+      break;
+  }
+  return status_t::STATUS_UNINITIALIZED;
+}
+
+std::int8_t message_verdict(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kChosen:
+      return route_t::VERDICT_CHOSEN;
+    case Verdict::kDearer:
+      return route_t::VERDICT_DEARER;
+    case Verdict::kAboveLimit:
+      return route_t::VERDICT_ABOVE_LIMIT;
+    case Verdict::kPending:
+      break;
+  }
+  return route_t::VERDICT_PENDING;
+}
+
+LocalFrame frame_at(const Vec3& datum_deg) {
+  return LocalFrame({radians(datum_deg.x()), radians(datum_deg.y()), {datum_deg.z()}});
+}
+
+}  // namespace
+
+MissionNode::MissionNode(const MissionConfig& config, Bus* bus, std::optional<RouteGround> ground)
+    : config_(config),
+      clock_(config.period),
+      subordinate_(bus, config.info.name, channel::kMissionCommand, channel::kBgStop,
+                   channel::kMissionStatus, {}),
+      port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, kIssuer, {}),
+      nav_states_(bus, channel::kWmNavState, 1),
+      integrities_(bus, channel::kWmIntegrity, 1),
+      predictions_(bus, channel::kWmPathUncertainty, 4),
+      queries_(bus, channel::kWmPathQuery),
+      routes_out_(bus, channel::kMissionRoutes),
+      report_(bus, config.info.name, kReportInterval),
+      ground_(std::move(ground)) {}
+
+std::vector<const InboxBase*> MissionNode::inboxes() const {
+  return {&subordinate_.inbox(), &port_.inbox(), &nav_states_, &integrities_, &predictions_};
+}
+
+void MissionNode::run(const Cycle& cycle) {
+  subordinate_.take(cycle.now);
+  take_nav(cycle.now);
+  take_task(cycle.now);
+  port_.step(cycle.now);
+  const status_t* const bg = port_.status();
+  if (bg != nullptr && port_.confirmed() && bg->issuer == kIssuer)
+    bg_route_.note(bg->waypoints_done);
+  take_predictions(cycle.now);
+  note_way();
+  cycle.stages->mark("receive");
+
+  const Decision decision = decide(facts(cycle.now), config_.decide);
+  act(decision, cycle.now);
+  cycle.stages->mark("act");
+  publish_status(decision, cycle.now);
+  if (clock_.due(cycle.now)) clock_.advance(cycle.now);
+  cycle.stages->close_account();
+}
+
+// A command of the same task renews it.
+void MissionNode::take_task(Stamp now) {
+  if (!subordinate_.is_new()) return;
+  const command_t& m = *subordinate_.command();
+  if (m.task != 0 && m.task == task_of_ && m.issuer == issuer_) return;
+  task_of_ = m.task;
+  issuer_ = m.issuer;
+  cannot_ = objection(m);
+  places_done_ = 0;
+  route_state_ = RouteState::kNone;
+  choice_.clear();
+  choosing_ = returning_ = on_way_back_ = false;
+  bg_route_.clear();
+  blocked_ = 0;
+  above_since_ = Stamp::max();
+  (void)now;
+}
+
+void MissionNode::take_nav(Stamp now) {
+  for (; !nav_states_.empty(); nav_states_.pop()) {
+    const nav_state_t& m = *nav_states_.front();
+    Pose T_world_vehicle;
+    if (!plausible_motion(m) ||
+        !from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle)) {
+      report_.publish(now, event::kMissionInputRejected, "{} rejected: pose or velocity invalid",
+                      channel::kWmNavState);
+      continue;
+    }
+    nav_arrival_ = nav_states_.front_arrival();
+    pose_valid_ =
+        m.pose_valid != 0 && m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
+    world_valid_ = m.world_valid != 0;
+    T_world_vehicle_ = T_world_vehicle;
+    own_map_m_ = local_levels(m).horizontal_m;
+    gps_age_ = m.age_gps_us < 0 ? Duration::max() : Duration(m.age_gps_us);
+    here_ = {from_message(m.p_rolling_vehicle_m), m.rolling_valid != 0 ? m.map_epoch : -1,
+             T_world_vehicle.p, world_valid_};
+    const Vec3 datum(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);
+    if (!world_valid_ || datum == datum_) continue;
+    datum_ = datum;
+    T_map_world_ = ground_ ? LocalFrame(ground_->datum).from(frame_at(datum)) : Pose();
+  }
+  for (; !integrities_.empty(); integrities_.pop()) {
+    const integrity_t& m = *integrities_.front();
+    // Written so that NaN is rejected.
+    if (!(m.protection_horizontal_m >= 0.0)) {
+      report_.publish(now, event::kMissionInputRejected, "{} rejected: protection level invalid",
+                      channel::kWmIntegrity);
+      continue;
+    }
+    level_m_ = m.validity == integrity_t::VALID_WORLD ? m.protection_horizontal_m
+                                                      : std::numeric_limits<double>::infinity();
+  }
+}
+
+void MissionNode::note_way() {
+  if (nav_arrival_ != Stamp::min() && pose_valid_ && !on_way_back_) way_.note(here_);
+}
+
+double MissionNode::alert_limit_m() const {
+  const command_t* const c = subordinate_.command();
+  return c != nullptr && c->alert_limit_horizontal_m > 0.0 ? c->alert_limit_horizontal_m
+                                                           : config_.limits.alert_limit_m;
+}
+
+Vec2 MissionNode::to_map(const Vec3& p_world) const { return (T_map_world_ * p_world).head<2>(); }
+
+Vec2 MissionNode::to_world(const Vec2& p_map) const {
+  return (T_map_world_.inverse() * Vec3(p_map.x(), p_map.y(), 0.0)).head<2>();
+}
+
+Facts MissionNode::facts(Stamp now) {
+  Facts f;
+  const command_t* const command = subordinate_.command();
+  if (command != nullptr) {
+    f.task = kind_of(*command);
+    f.operator_heard = subordinate_.valid(now);
+    f.cannot = cannot_;
+  }
+  if (nav_arrival_ != Stamp::min()) f.wm_age = now - nav_arrival_;
+  const status_t* const bg = port_.status();
+  if (bg != nullptr) {
+    f.bg_age = now - from_utime(bg->utime);
+    f.emergency_stop = bg->emergency_stop != status_t::STOP_NONE;
+    f.bg_no_path =
+        !bg_route_.empty() && port_.confirmed() && bg->issuer == kIssuer && bg->state == "NO_PATH";
+  }
+  f.pose_valid = pose_valid_;
+  f.world_known = world_valid_;
+  f.gps = gps_age_ <= config_.gps_loss;
+  f.world_level = level_m_ / alert_limit_m();
+  f.own_map_level = own_map_m_ / alert_limit_m();
+  if (f.world_level <= 1.0) {
+    above_since_ = Stamp::max();
+  } else if (above_since_ == Stamp::max()) {
+    above_since_ = now;
+  }
+  f.above_limit = above_since_ == Stamp::max() ? Duration(0) : now - above_since_;
+  f.can_return = way_.begins_in(here_.epoch);
+  f.returning = returning_;
+  f.route = route_state_;
+  f.blocked = blocked_;
+  f.arrived = bg_route_.arrived() && (!on_way_back_ || to_the_start_);
+  return f;
+}
+
+void MissionNode::act(const Decision& decision, Stamp now) {
+  switch (decision.action) {
+    case Action::kNone:
+      return;
+    case Action::kHalt:
+      return send(command_t::KIND_HALT, now);
+    case Action::kInitialize:
+      if (bg_route_.empty()) begin_towards_first_place(now);
+      return send(command_t::KIND_GOTO, now);
+    case Action::kReplan:
+      exclude_blocked(now);
+      begin_route();
+      return send(command_t::KIND_HALT, now);
+    case Action::kSearch:
+      if (!choosing_) begin_route();
+      plan(now);
+      return send(command_t::KIND_HALT, now);
+    case Action::kDrive: {
+      const bool gps = gps_age_ <= config_.gps_loss;
+      if (!choosing_ && chosen_with_gps_ && !gps) begin_route();
+      if (choosing_) plan(now);
+      return send(command_t::KIND_GOTO, now);
+    }
+    case Action::kReturn: {
+      const command_t* const command = subordinate_.command();
+      returning_ = command == nullptr || kind_of(*command) != TaskKind::kReturn;
+      const bool other_map = rolling_ && here_.epoch != epoch_;
+      if (!on_way_back_ || other_map || (bg_route_.arrived() && !to_the_start_)) begin_return(now);
+      return send(command_t::KIND_GOTO, now);
+    }
+  }
+}
+
+void MissionNode::begin_route() {
+  const command_t& task = *subordinate_.command();
+  std::vector<Vec2> places = {to_map(T_world_vehicle_.p)};
+  for (std::size_t k = places_done_; k < task.waypoint.size(); ++k) {
+    places.push_back(to_map(from_message(task.waypoint[k].p_m)));
+  }
+  if (!ground_) {
+    Area area{places.front(), places.front()};
+    for (const Vec2& p : places) {
+      area.low_m = area.low_m.cwiseMin(p);
+      area.high_m = area.high_m.cwiseMax(p);
+    }
+    area.low_m -= Vec2::Constant(kAround_m);
+    area.high_m += Vec2::Constant(kAround_m);
+    open_ground_ = RouteMap(area, config_.map);
+  }
+  choosing_ = true;
+  asked_ = 0;
+  if (route_state_ != RouteState::kChosen) route_state_ = RouteState::kSearching;
+  if (kind_of(task) == TaskKind::kFollow) {
+    choice_.prescribe(std::move(places), config_.speed_mps);
+  } else {
+    choice_.begin(std::move(places), config_.speed_mps);
+  }
+}
+
+void MissionNode::begin_towards_first_place(Stamp now) {
+  const waypoint_t& first = subordinate_.command()->waypoint.front();
+  bg_route_.begin({{from_message(first.p_m), first.radius_m}});
+  place_ends_.clear();
+  rolling_ = on_way_back_ = false;
+  task_ = to_utime(now);
+}
+
+void MissionNode::plan(Stamp now) {
+  if (choice_.searching()) {
+    choice_.search(map());
+    return;
+  }
+  const Candidate* const next = choice_.unpredicted();
+  if (next == nullptr) return choose(now);
+  if (asked_ != 0 && now - asked_since_ > kNoAnswer) {
+    choice_.predict(std::numeric_limits<double>::infinity());
+    asked_ = 0;
+    return;
+  }
+  if (asked_ == 0 || now - asked_at_ >= kAskAgain) ask(*next, now);
+}
+
+void MissionNode::ask(const Candidate& candidate, Stamp now) {
+  path_query_t query{};
+  query.utime = to_utime(now);
+  query.issuer = kIssuer;
+  if (asked_ == 0) {
+    asked_ = query.utime;
+    asked_since_ = now;
+  }
+  query.serial = asked_;
+  asked_at_ = now;
+  const std::size_t each = candidate.line.size() / kMostAsked + 1;
+  for (std::size_t k = 1; k < candidate.line.size(); ++k) {
+    if (k % each != 0 && k + 1 != candidate.line.size()) continue;
+    const Vec2 p = to_world(candidate.line[k]);
+    query.x_m.push_back(p.x());
+    query.y_m.push_back(p.y());
+  }
+  query.n = static_cast<std::int32_t>(query.x_m.size());
+  queries_.publish(&query);
+}
+
+void MissionNode::take_predictions(Stamp now) {
+  for (; !predictions_.empty(); predictions_.pop()) {
+    const path_uncertainty_t& m = *predictions_.front();
+    if (m.issuer != kIssuer || m.serial != asked_ || asked_ == 0) continue;
+    double sigma_m = std::numeric_limits<double>::infinity();
+    if (m.state == path_uncertainty_t::STATE_ANSWERED && m.n > 0) {
+      sigma_m = 0.0;
+      for (const float s : m.sigma_with_map_m) sigma_m = std::max<double>(sigma_m, s);
+      sigma_m = std::hypot(sigma_m, m.map_bias_sigma_m);
+    }
+    choice_.predict(std::isfinite(sigma_m) ? sigma_m : std::numeric_limits<double>::infinity());
+    asked_ = 0;
+  }
+  (void)now;
+}
+
+void MissionNode::choose(Stamp now) {
+  choosing_ = false;
+  vj::RouteLimits limits = config_.limits;
+  limits.alert_limit_m = alert_limit_m();
+  chosen_with_gps_ = gps_age_ <= config_.gps_loss;
+  if (!chosen_with_gps_) limits.gps_loss_probability = 1.0;
+  const Candidate* const best = choice_.choose(limits, chosen_with_gps_);
+  publish_routes(now);
+  if (best == nullptr) {
+    route_state_ = RouteState::kImpossible;
+    return;
+  }
+  report_.publish(
+      now, event::kMissionRoute,
+      "route of {:.0f} m of {} candidates: {:.0f} s, largest level without GPS {:.1f} m "
+      "of {:.1f} m, cost {:.0f} s",
+      best->forecast.length_m, choice_.candidates().size(), best->forecast.time_s,
+      best->value.level_m, limits.alert_limit_m, best->value.cost_s);
+  route_state_ = RouteState::kChosen;
+  const command_t& task = *subordinate_.command();
+  std::vector<RoutePlace> places;
+  place_ends_.clear();
+  std::size_t next = places_done_;
+  for (const Vec2& p_map : divided(best->line, config_.spacing_m)) {
+    const Vec2 p = to_world(p_map);
+    RoutePlace place{Vec3(p.x(), p.y(), 0.0), config_.corridor_m};
+    if (next < task.waypoint.size()) {
+      const Vec3 wanted = from_message(task.waypoint[next].p_m);
+      if ((wanted.head<2>() - p).norm() < 0.1) {
+        place = {wanted, task.waypoint[next].radius_m};
+        place_ends_.push_back(places.size() + 1);
+        ++next;
+      }
+    }
+    places.push_back(place);
+  }
+  bg_route_.begin(std::move(places));
+  rolling_ = on_way_back_ = false;
+  task_ = to_utime(now);
+}
+
+void MissionNode::begin_return(Stamp now) {
+  way_.cut(here_);
+  const WayPart part = way_.first_part(here_.epoch);
+  rolling_ = part.rolling;
+  epoch_ = here_.epoch;
+  to_the_start_ = part.to_the_start;
+  std::vector<RoutePlace> places;
+  const Vec3& here = rolling_ ? here_.p_rolling : here_.p_world;
+  for (const Vec3& p : part.places) {
+    if (places.empty() && (p - here).head<2>().norm() < kBegun_m && &p != &part.places.back()) {
+      continue;
+    }
+    places.push_back({p, config_.way_back_m});
+  }
+  bg_route_.begin(std::move(places));
+  place_ends_.clear();
+  on_way_back_ = true;
+  choosing_ = false;
+  task_ = to_utime(now);
+}
+
+// BG found no path to the next place: what is between must be blocked.
+void MissionNode::exclude_blocked(Stamp now) {
+  if (bg_route_.empty() || bg_route_.arrived()) return;
+  const Vec3 to = bg_route_.places()[bg_route_.done()].p - T_world_vehicle_.p;
+  const Vec2 way = to.head<2>();
+  const Vec2 at = T_world_vehicle_.p.head<2>() +
+                  std::min(1.0, kBlockedAhead_m / std::max(0.1, way.norm())) * way;
+  ++blocked_;
+  if (ground_) map().block(to_map(Vec3(at.x(), at.y(), 0.0)), kBlocked_m);
+  report_.publish(now, event::kMissionBlocked,
+                  "BG found no path to place {} of {}: ground around E {:.0f} N {:.0f} m excluded",
+                  bg_route_.done() + 1, bg_route_.places().size(), at.x(), at.y());
+  bg_route_.clear();
+  route_state_ = RouteState::kNone;
+}
+
+void MissionNode::send(std::int8_t kind, Stamp now) {
+  if (kind == command_t::KIND_HALT) {
+    // In force at BG until another command arrives, also when it has expired.
+    if (sent_ == kind) return;
+    sent_ = kind;
+    port_.send({}, now);
+    return;
+  }
+  while (places_done_ < subordinate_.command()->waypoint.size() && !place_ends_.empty() &&
+         bg_route_.done() >= place_ends_.front()) {
+    ++places_done_;
+    place_ends_.erase(place_ends_.begin());
+  }
+  bg_route_.advance();
+  sent_ = kind;
+  const command_t& task = *subordinate_.command();
+  Command command;
+  command.kind = command_t::KIND_GOTO;
+  command.frame = rolling_ ? command_t::FRAME_ROLLING : command_t::FRAME_WORLD;
+  command.map_epoch = rolling_ ? epoch_ : 0;
+  command.task = task_;
+  command.alert_limit_horizontal_m = task.alert_limit_horizontal_m;
+  command.alert_limit_vertical_m = task.alert_limit_vertical_m;
+  command.valid_for = config_.command_valid;
+  double speed_mps = on_way_back_ ? config_.way_back_mps : config_.max_speed_mps;
+  if (!on_way_back_ && places_done_ < task.waypoint.size()) {
+    speed_mps = task.waypoint[places_done_].speed_mps;
+  }
+  for (std::size_t k = bg_route_.first(); k < bg_route_.last(); ++k) {
+    const RoutePlace& place = bg_route_.places()[k];
+    waypoint_t w{};
+    to_message(place.p, w.p_m);
+    w.radius_m = place.radius_m;
+    w.speed_mps = speed_mps;
+    command.waypoints.push_back(w);
+  }
+  port_.send(command, now);
+}
+
+void MissionNode::publish_routes(Stamp now) {
+  const command_t& task = *subordinate_.command();
+  routes_.utime = to_utime(now);
+  routes_.issuer = task.issuer;
+  routes_.serial = task.serial;
+  routes_.alert_limit_m = alert_limit_m();
+  routes_.gps = chosen_with_gps_ ? 1 : 0;
+  routes_.route.clear();
+  for (const Candidate& c : choice_.candidates()) {
+    route_t r{};
+    r.poverty_weight = c.poverty_weight;
+    r.verdict = message_verdict(c.verdict);
+    r.length_m = c.forecast.length_m;
+    r.time_s = c.forecast.time_s;
+    r.sigma_max_m = c.forecast.sigma_m;
+    r.level_max_m = c.value.level_m;
+    r.risk = c.value.risk;
+    r.cost_s = c.value.cost_s;
+    for (const Vec2& p_map : c.line) {
+      const Vec2 p = to_world(p_map);
+      r.x_m.push_back(p.x());
+      r.y_m.push_back(p.y());
+    }
+    r.n = static_cast<std::int32_t>(r.x_m.size());
+    routes_.route.push_back(std::move(r));
+  }
+  routes_.n = static_cast<std::int32_t>(routes_.route.size());
+  routes_out_.publish(&routes_);
+}
+
+void MissionNode::publish_status(const Decision& decision, Stamp now) {
+  StatusReport status;
+  status.status = message_status(decision.status);
+  status.state = decision.state;
+  status.line = decision.line;
+  status.reason = decision.reason;
+  status.waypoints_done = static_cast<int>(places_done_);
+  subordinate_.report(now, status);
+  if (decision.state == reported_state_) return;
+  report_.publish(now, event::kMissionState, "{} -> {}{}{}",
+                  reported_state_.empty() ? std::string_view("start") : reported_state_,
+                  decision.state, decision.reason.empty() ? "" : ": ", decision.reason);
+  reported_state_ = decision.state;
+}
+
+namespace {
+
+/// The tiles of all levels.
+Area area_of(const MapIndex& index) {
+  constexpr double kFar_m = 1e9;
+  Area area{Vec2::Constant(kFar_m), Vec2::Constant(-kFar_m)};
+  for (const MapLevelIndex& level : index.levels) {
+    const double tile_m = level.level.cell_m * kTileSide;
+    for (const MapTileEntry& tile : level.tiles) {
+      const Vec2 low = level.level.origin_m + tile_m * Vec2(tile.tile.i, tile.tile.j);
+      area.low_m = area.low_m.cwiseMin(low);
+      area.high_m = area.high_m.cwiseMax(low + Vec2::Constant(tile_m));
+    }
+  }
+  return area;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Node>> make_mission_node(const ParamFile& file, Bus* bus) {
+  const Result<MissionConfig> config = load_mission_config(file);
+  if (!config) return config.error();
+  std::optional<RouteGround> ground;
+  if (!config->prior.map.empty()) {
+    const Result<MapFolder> folder = MapFolder::open(config->prior.map);
+    if (!folder) return folder.error();
+    const Result<ElevationMap> map =
+        ElevationMap::load(config->prior.map, config->map_memory_bytes);
+    if (!map) return map.error();
+    if (Outcome fits = check_frame(map->frame(), config->prior.reference_frame); !fits) {
+      return Error{config->prior.map + ": " + fits.error().message};
+    }
+    ground.emplace(
+        RouteGround{RouteMap(*map, area_of(folder->index()), config->map), map->datum()});
+  }
+  return std::unique_ptr<Node>(std::make_unique<MissionNode>(*config, bus, std::move(ground)));
+}
+
+}  // namespace rcs::mission
