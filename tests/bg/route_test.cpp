@@ -58,18 +58,53 @@ TEST(Route, ADifferentCommandIsADifferentTask) {
     return route.done() == 0;
   };
   EXPECT_FALSE(begins_anew(order(3, 1)));
-  EXPECT_TRUE(begins_anew(order(4, 1)));
   command_t m = order(3, 1);
+  m.waypoint[1].p_m[1] = 1.0;  // the next one
+  EXPECT_TRUE(begins_anew(m));
+  m = order(3, 1);
   m.issuer = "gateway";
   EXPECT_TRUE(begins_anew(m));
   m = order(3, 1);
   m.frame = command_t::FRAME_LOCAL;
   EXPECT_TRUE(begins_anew(m));
-  m = order(3, 1);
-  m.waypoint[2].speed_mps = 4.0;
-  EXPECT_TRUE(begins_anew(m));
   m = order(3, 0);
   EXPECT_TRUE(begins_anew(m));
+  m = order(3, 1);
+  m.frame = command_t::FRAME_ROLLING;
+  EXPECT_TRUE(begins_anew(m));
+}
+
+TEST(Route, ALongRouteComesInPartsWithoutAStop) {
+  Route route;
+  EXPECT_EQ(route.take(order(10, 1)), "");
+  for (int k = 0; k < 6; ++k) route.pass();
+  const int number = route.number();
+  // The next part begins before the waypoint that is driven to, and goes on behind the last one.
+  command_t part = order(14, 1);
+  part.waypoint.erase(part.waypoint.begin(), part.waypoint.begin() + 4);
+  part.n = 10;
+  EXPECT_EQ(route.take(part), "");
+  EXPECT_EQ(route.number(), number) << "the same route";
+  EXPECT_EQ(route.size(), 10);
+  EXPECT_EQ(route.done(), 2);
+  EXPECT_EQ(route.next().p_m[0], 60.0);
+}
+
+TEST(Route, ARouteInFrameRollingBelongsToAMapEpoch) {
+  Route route;
+  command_t m = order(5, 1);
+  EXPECT_EQ(route.take(m), "");
+  EXPECT_FALSE(route.map_epoch());
+  m.frame = command_t::FRAME_ROLLING;
+  m.map_epoch = 7;
+  EXPECT_EQ(route.take(m), "");
+  EXPECT_EQ(route.map_epoch(), 7);
+  route.pass();
+  m.map_epoch = 8;
+  EXPECT_EQ(route.take(m), "");
+  EXPECT_EQ(route.done(), 0) << "the same coordinates are other places";
+  EXPECT_EQ(route.ahead(0, 12.0), 2U);
+  EXPECT_EQ(route.ahead(3, 100.0), 4U);
 }
 
 TEST(Route, AnInvalidCommandIsRejectedAndClearsTheRoute) {

@@ -42,6 +42,7 @@ void add_log_commands(CLI::App* rcs, Commands* commands);
 void add_log_cut_command(CLI::App* log, Commands* commands);
 void add_record_command(CLI::App* rcs, Commands* commands);
 void add_go_command(CLI::App* rcs, Commands* commands);
+void add_mission_command(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
 /// @param import  the command `rcs import`
 void add_recording_imports(CLI::App* import, Commands* commands);

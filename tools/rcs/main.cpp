@@ -130,14 +130,15 @@ int rcs_main(int argc, char** argv) {
       std::string(kExitStatusHelp) +
       "\n"
       "Results go to stdout (--json: as JSON, see docs/user/json.md), messages to stderr.\n"
-      "Nodes and simulator are programs of their own: sp, wm, bg, gateway, ros2_bridge, sim\n"
-      "(`NAME --help`).");
+      "Nodes and simulator are programs of their own: sp, wm, bg, mission, gateway, ros2_bridge,\n"
+      "sim (`NAME --help`).");
   Commands commands;
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
   add_record_command(&app, &commands);
   add_log_commands(&app, &commands);
   add_go_command(&app, &commands);
+  add_mission_command(&app, &commands);
   add_predict_command(&app, &commands);
   add_import_commands(&app, &commands);
   add_map_commands(&app, &commands);

@@ -9,6 +9,7 @@
 #include "modules/bg/bg_config.h"
 #include "modules/gateway/gateway_config.h"
 #include "modules/ros2_bridge/ros2_bridge_config.h"
+#include "modules/mission/mission_config.h"
 #include "modules/sp/sp_config.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/params/param_text.h"
@@ -27,6 +28,7 @@ std::vector<Parser> parsers(bool with_gateway, bool with_ros2_bridge) {
       [](const ParamFile& file) { (void)sp::load_sp_config(file); },
       [](const ParamFile& file) { (void)wm::load_wm_config(file); },
       [](const ParamFile& file) { (void)bg::load_bg_config(file); },
+      [](const ParamFile& file) { (void)mission::load_mission_config(file); },
       [](const ParamFile& file) { (void)read_process_tables(file); },
       [](const ParamFile& file) { (void)evaluation::read_budget_limits(file); },
   };

@@ -1,8 +1,6 @@
 // rcs go
 
 #include <fmt/format.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -18,195 +16,18 @@
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/command_port.h"
-#include "rcs/node/timeline/live_timeline.h"
 #include "sim/scenario_file.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/list_option.h"
-#include "tools/rcs/standard_streams.h"
 #include "tools/rcs/terminal.h"
+#include "tools/rcs/vehicle/operator_session.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kGoName = "go";
-constexpr Duration kTick = from_milliseconds(100.0);
-/// Period at which a GOTO is repeated: BG stops when its superior is silent.
-constexpr Duration kRepeatEvery = from_seconds(1.0);
-constexpr Duration kEchoPatience = from_seconds(2.5);
-
-std::string_view name_of(CommandProgress::State state) {
-  switch (state) {
-    case CommandProgress::State::kIdle:
-      return "idle";
-    case CommandProgress::State::kSent:
-      return "sent";
-    case CommandProgress::State::kExecuting:
-      return "executing";
-    case CommandProgress::State::kDone:
-      return "done";
-    case CommandProgress::State::kError:
-      break;
-  }
-  return "error";
-}
-
-/// How a command ended.
-struct Ending {
-  bool good = false;
-  std::string result;  ///< "done", "error", "timeout", "interrupted", ...
-  std::string reason;
-};
-
-std::string of_bg(std::string_view reason) {
-  return reason.empty() ? "BG reports an error" : fmt::format("BG: {}", reason);
-}
-
-/// The operator side of the bus: time, the port to BG, and a status line.
-class OperatorSession {
- public:
-  explicit OperatorSession(LcmBus* bus)
-      : timeline_(bus, &stop_),
-        port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "operator", {}),
-        nav_states_(bus, channel::kWmNavState, 1),
-        terminal_(::isatty(STDERR_FILENO) == 1) {}
-
-  [[nodiscard]] Stamp now() const { return timeline_.now(); }
-  [[nodiscard]] std::string state() const {
-    return port_.status() == nullptr ? "" : port_.status()->state;
-  }
-
-  /// Waits for one tick. @return false if the program is to end or the bus is lost
-  bool wait() {
-    const Stamp until = now() + kTick;
-    Timeline::Step step = Timeline::Step::kDelivered;
-    while (step == Timeline::Step::kDelivered) step = timeline_.advance(until);
-    port_.step(now());
-    if (step != Timeline::Step::kEnded) return true;
-    // Consumed from its descriptor, so that the timeline continues.
-    signalfd_siginfo signal{};
-    if (::read(stop_.fd(), &signal, sizeof signal) == sizeof signal) note_interrupt();
-    return false;
-  }
-
-  /// The belief of WM if it is valid and not older than a second, else nullptr.
-  const nav_state_t* belief() {
-    const Stamp end = now() + from_seconds(1.0);
-    while (now() < end && wait()) {
-      const nav_state_t* const m = nav_states_.latest();
-      if (m != nullptr && m->world_valid != 0) return m;
-    }
-    return nullptr;
-  }
-
-  /// Sends the command repeatedly until it is done.
-  /// @param most      time limit; a command that is not done by then has failed
-  /// @param patience  an error ends the command only if it lasts this long: BG may be restarting
-  Ending pursue(rcs::Command command, Duration most, Duration patience) {
-    const Stamp begin = now();
-    command.task = to_utime(begin);
-    Stamp next_send = begin;
-    std::optional<Stamp> error_since;
-    for (;;) {
-      if (now() >= next_send) {
-        port_.send(command, now());
-        next_send = now() + kRepeatEvery;
-      }
-      if (!wait()) return {false, "interrupted", "interrupted"};
-      const CommandProgress current = port_.progress(now());
-      show(current, now() - begin);
-      if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
-      if (current.state == CommandProgress::State::kExecuting) error_since.reset();
-      if (current.state == CommandProgress::State::kError) {
-        if (!error_since) error_since = now();
-        if (now() - *error_since >= patience) {
-          return {false, "error", of_bg(current.reason)};
-        }
-      }
-      if (now() - begin >= most) return {false, "timeout", "the time limit is exceeded"};
-    }
-  }
-
-  /// Sends the command and waits until it is echoed; a release until it is done.
-  /// @param patience  no echo for this long is a failure
-  Ending send_once(std::int8_t kind, Duration patience) {
-    rcs::Command command;
-    command.kind = kind;
-    const bool release = kind == command_t::KIND_RELEASE;
-    if (release) {
-      const Stamp end = now() + patience;
-      while (port_.status() == nullptr && now() < end) {
-        if (!wait()) return {false, "interrupted", "interrupted"};
-      }
-      command.released = port_.listed_stops("");
-    }
-    const std::int64_t serial = port_.send(command, now());
-    const Stamp begin = now();
-    while (now() - begin < patience) {
-      if (!wait()) return {false, "interrupted", "interrupted"};
-      const CommandProgress current = port_.progress(now());
-      // Its echo may have been replaced by that of a command of another superior.
-      if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
-      const status_t* const status = port_.status();
-      const bool echoed = status != nullptr && status->echo_serial == serial;
-      if (!echoed || (release && current.state == CommandProgress::State::kExecuting)) continue;
-      if (current.state != CommandProgress::State::kError) {
-        return {true, std::string(name_of(current.state)), ""};
-      }
-      return {false, "error", of_bg(current.reason)};
-    }
-    return {false, "error", of_bg(port_.progress(now()).reason)};
-  }
-
-  /// Sends the emergency stop until BG has latched it: a BG that is down or cannot write may
-  /// recover.
-  Ending emergency_stop(Duration most) {
-    rcs::Command command;
-    command.kind = command_t::KIND_EMERGENCY_STOP;
-    const Stamp begin = now();
-    port_.send(command, begin);
-    for (;;) {
-      const bool goes_on = wait();
-      // Another command may have replaced it since: its progress is of no interest then.
-      if (port_.confirmed()) return {true, "confirmed", ""};
-      const CommandProgress current = port_.progress(now());
-      show(current, now() - begin);
-      if (goes_on && now() - begin < most) continue;
-      return {false, goes_on ? "timeout" : "interrupted",
-              "emergency stop not confirmed: " + of_bg(current.reason)};
-    }
-  }
-
-  /// Ends the line, so that others can be printed.
-  void end_line() {
-    if (terminal_ && !shown_.empty()) fmt::print(stderr, "\n");
-    shown_.clear();
-  }
-
- private:
-  // On a terminal one line that is overwritten; elsewhere a new line for each change.
-  void show(const CommandProgress& current, Duration since) {
-    const std::string text =
-        fmt::format("{}{}{}{}{}", name_of(current.state), state().empty() ? "" : ", ", state(),
-                    current.reason.empty() ? "" : ": ", current.reason);
-    if (terminal_) {
-      replace_line(fmt::format("rcs go: {:5.1f} s  {}", seconds(since), text));
-    } else if (text != shown_ && current.state != CommandProgress::State::kSent) {
-      fmt::print(stderr, "rcs go: {:5.1f} s  {}\n", seconds(since), text);
-    } else {
-      return;
-    }
-    shown_ = text;
-  }
-
-  StopSignals stop_;
-  LiveTimeline timeline_;
-  CommandPort port_;
-  Inbox<nav_state_t> nav_states_;
-  bool terminal_;
-  std::string shown_;
-};
 
 class Go final : public Command {
  public:
@@ -273,7 +94,7 @@ class Go final : public Command {
     if (!command) return fail(kGoName, command.error());
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
     if (!bus) return fail(kGoName, bus.error());
-    OperatorSession session(bus->get());
+    OperatorSession session(bus->get(), kBgNode);
     const Stamp begin = session.now();
     const Ending ending = pursue(&session, *command);
     session.end_line();
@@ -377,7 +198,7 @@ class Go final : public Command {
   [[nodiscard]] Ending pursue(OperatorSession* session, const rcs::Command& command) const {
     if (command.kind == command_t::KIND_GOTO) return drive(session, command);
     if (command.kind == command_t::KIND_EMERGENCY_STOP) return session->emergency_stop(most());
-    return session->send_once(command.kind, kEchoPatience);
+    return session->send_once(command);
   }
 
   [[nodiscard]] Ending drive(OperatorSession* session, rcs::Command command) const {
@@ -386,7 +207,7 @@ class Go final : public Command {
     Ending ending = session->pursue(command, most(), from_seconds(patience_s_));
     if (ending.result != "interrupted" && ending.result != "timeout") return ending;
     session->end_line();
-    const Ending halted = session->send_once(command_t::KIND_HALT, kEchoPatience);
+    const Ending halted = session->send_once({});
     ending.reason +=
         halted.good ? "; BG halts" : "; BG does not confirm the halt: " + halted.reason;
     return ending;
