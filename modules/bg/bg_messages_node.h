@@ -3,16 +3,19 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "modules/bg/decide.h"
 #include "modules/vj/traversal_cost.h"
+#include "rcs/base/geodesy.h"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
 
@@ -43,6 +46,9 @@ class Route {
     return next_ + 1 < waypoints_.size() ? &waypoints_[next_ + 1] : nullptr;
   }
   [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
+  [[nodiscard]] const waypoint_t& waypoint(int k) const {  ///< 0 <= k < size()
+    return waypoints_[static_cast<std::size_t>(k)];
+  }
   /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }
 
@@ -65,7 +71,8 @@ struct Nav {
   Pose T_local_vehicle;
   Pose T_world_vehicle;
   bool world_valid = false;
-  Vec3 datum = Vec3::Zero();  ///< of the world: latitude, longitude [deg], height [m]
+  std::int32_t world_resets = 0;  ///< steps of frame world
+  Vec3 datum = Vec3::Zero();      ///< of the world: latitude, longitude [deg], height [m]
   bool pose_valid = false;
   bool aligned = false;
   double speed_mps = 0.0;
@@ -87,11 +94,21 @@ struct Integrity {
   double vertical_m = 0.0;
 };
 
+/// Position of the antenna of GPS.
+struct GpsPosition {
+  Stamp arrival;
+  Geodetic antenna;
+  double sigma_m = 0.0;  ///< the larger horizontal one
+};
+
 /// False, and `nav` untouched, if the pose or the motion is invalid.
 [[nodiscard]] bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav);
 
 /// False, and `integrity` untouched, if a protection level is negative or not a number.
 [[nodiscard]] bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity);
+
+/// None if the fix is invalid.
+[[nodiscard]] std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival);
 
 /// False, and `terrain` untouched, if the patch is invalid. Frame local.
 [[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);
