@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -71,6 +72,25 @@ TEST(ZoneFile, ConvertsToFrameWorldOfAnyDatum) {
   const Vec2 moved = west.to_world({radians(40.43), radians(-76.57), {150.0}}).head<2>();
   EXPECT_NEAR(moved.x(), 848.4, 0.5);
   EXPECT_NEAR(read->in_world(west).clearance(moved + Vec2(-3.0, -4.0)).m, 5.0, 0.01);
+}
+
+// The example lies across the course of config/sim/drive.toml, whose waypoints are allowed.
+TEST(ZoneFile, TheExampleMatchesTheCourseOfTheSimulator) {
+  const char* const root = std::getenv("RCS_SOURCE_DIR");  // NOLINT(concurrency-mt-unsafe)
+  ASSERT_NE(root, nullptr);
+  const Result<GeodeticZones> read =
+      load_zones(std::string(root) + "/config/zones/example.geojson");
+  ASSERT_TRUE(read) << read.error().message;
+  const Zones zones = read->in_world(LocalFrame({radians(40.43), radians(-76.57), {150.0}}));
+  for (const Vec2& waypoint : {Vec2(0, 0), Vec2(60, 0), Vec2(120, 30), Vec2(190, 20), Vec2(250, 70),
+                               Vec2(230, 150), Vec2(150, 170), Vec2(60, 140)}) {
+    EXPECT_GT(zones.clearance(waypoint).m, 15.0) << waypoint.transpose();
+  }
+  const Zone* const pond = zones.conflict({60, 0}, {120, 30}, 0.0);
+  ASSERT_NE(pond, nullptr);
+  EXPECT_EQ(pond->name, "pond");
+  EXPECT_EQ(zones.conflict({120, 30}, {190, 20}, 2.0), nullptr);
+  EXPECT_EQ(zones.speed_limit_mps({240, 110}, 0.0), 2.0);
 }
 
 // The tangent plane of the datum would have it at the datum again.
