@@ -67,10 +67,13 @@ void ZoneWatch::update(const Nav& nav, const Integrity& integrity, bool initiali
   take_fixes();
   local_from_world_.reset();
   by_fix_ = false;
-  const bool known = nav.arrival != Stamp::min() && nav.pose_valid && nav.world_valid;
+  // Of a message, and the origin of a frame must be a place.
+  const Geodetic datum{radians(nav.datum.x()), radians(nav.datum.y()), {nav.datum.z()}};
+  const bool known =
+      nav.arrival != Stamp::min() && nav.pose_valid && nav.world_valid && plausible(datum);
   level_m_ = known && integrity.arrival != Stamp::min() ? integrity.horizontal_m : kUnbounded;
   if (known) {
-    follow_datum({radians(nav.datum.x()), radians(nav.datum.y()), {nav.datum.z()}});
+    follow_datum(datum);
     if (nav.world_resets != world_resets_) guard_.reset();
     world_resets_ = nav.world_resets;
     local_from_world_ =

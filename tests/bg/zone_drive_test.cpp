@@ -147,6 +147,39 @@ TEST(ZoneDrive, TheHeadingIsInitializedFarFromZonesOnly) {
   EXPECT_GT(r.least_m, 15.0);
 }
 
+// A message can have any numbers: the origin of a frame must be a place, and any level is handled.
+TEST(ZoneWatch, HandlesAnyDatumAndAnyLevel) {
+  GeodeticZones drawn;
+  drawn.zones = {rectangle(ZoneKind::kKeepOut, "pond", 50.0, -8.0, 60.0, 8.0),
+                 rectangle(ZoneKind::kFence, "site", -90.0, -90.0, 90.0, 90.0)};
+  LocalBus bus;
+  ZoneWatch zones(drawn, Shape(), &bus);
+  vj::Terrain terrain;
+  terrain.first = {-50, -50};
+  terrain.width = terrain.height = 100;
+  terrain.ground.resize(std::size_t{100} * 100);
+  Nav nav;
+  nav.arrival = zone_world::kStart;
+  nav.pose_valid = nav.world_valid = true;
+  const auto state = [&](double lat_deg, double level_m) {
+    nav.datum = Vec3(lat_deg, -76.57, 150.0);
+    zones.update(nav, {nav.arrival, true, level_m, level_m}, false, nav.arrival);
+    zones.mark({}, &terrain);
+    Facts facts;
+    zones.describe({}, 0, &facts);
+    return facts.zone;
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(state(40.43, 1.0), ZoneState::kFree);
+  for (const double lat_deg : {1e9, -91.0, kNone, std::nan("")}) {
+    EXPECT_EQ(state(lat_deg, 1.0), ZoneState::kUnknown) << lat_deg;
+  }
+  EXPECT_EQ(state(40.43, 1.0), ZoneState::kFree);
+  EXPECT_EQ(state(40.43, kNone), ZoneState::kUnbounded);
+  EXPECT_EQ(state(40.43, 1e300), ZoneState::kNear);
+  EXPECT_EQ(state(-40.43, 1.0), ZoneState::kInside) << "the fence is on the other hemisphere";
+}
+
 TEST(ZoneDrive, ZonesFollowAStepOfFrameWorld) {
   Plan plan = straight_on();
   plan.zones = {rectangle(ZoneKind::kKeepOut, "pond", 25.0, -8.0, 30.0, 12.0)};
