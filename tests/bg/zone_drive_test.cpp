@@ -35,6 +35,18 @@ TEST(ZoneDrive, AKeepOutAcrossTheWayIsDrivenAroundWithItsMargin) {
   }
 }
 
+// A keep-out that is longer than the patch of terrain: its ends come into the patch on the way
+// only.
+TEST(ZoneDrive, AKeepOutLongerThanThePatchIsDrivenAround) {
+  Plan plan = straight_on();
+  plan.time_s = 150.0;
+  plan.zones = {rectangle(ZoneKind::kKeepOut, "canal", 20.0, -55.0, 25.0, 70.0)};
+  const Result r = drive(plan);
+  EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
+  EXPECT_GT(r.least_m, 1.0);
+  EXPECT_LT(r.way_m, 250.0) << "along it once: about 140 m";
+}
+
 TEST(ZoneDrive, TheFenceIsKeptThoughTheShortWayLeadsOutOfIt) {
   Plan plan = straight_on();
   plan.goals = {{45.0, 0.0}};
