@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rcs/node/params/vehicle_tables.h"
+#include "rcs/zones/zone_params.h"
 
 namespace rcs::bg {
 namespace {
@@ -234,6 +235,7 @@ Result<BgConfig> load_bg_config(const ParamFile& file) {
   read(bg.table("sight"), &c.sight);
   read(bg.table("weights"), &c.weights);
   read(bg.table("speeds"), &c.speeds);
+  c.zones = read_zones(file);
   if (c.drive_valid <= c.period) bg.fail("drive_valid_ms", "must be more than period_ms");
 
   if (Outcome read_all = file.finish(tables_but({"bg"})); !read_all) return read_all.error();

@@ -14,6 +14,7 @@
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params/params.h"
+#include "rcs/zones/zone_file.h"
 
 namespace rcs::bg {
 
@@ -38,9 +39,10 @@ struct BgConfig {
   SightParams sight;
   vj::Weights weights;
   vj::SpeedParams speeds;
+  GeodeticZones zones;
 };
 
-/// Reads [bg]; ignores the tables of other nodes.
+/// Reads [bg] and the file of [world] zones; ignores the tables of other nodes.
 [[nodiscard]] Result<BgConfig> load_bg_config(const ParamFile& file);
 
 }  // namespace rcs::bg

@@ -139,6 +139,7 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.arrival = arrival;
   n.local_utime = m.local_utime;
   n.world_valid = m.world_valid != 0;
+  n.world_resets = m.world_resets;
   n.datum = {m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m};
   n.pose_valid = m.pose_valid != 0;
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
@@ -162,6 +163,18 @@ bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity) {
   *integrity = {arrival, m.validity != integrity_t::VALID_NONE, m.protection_horizontal_m,
                 m.protection_vertical_m};
   return true;
+}
+
+std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival) {
+  const GpsPosition fix{arrival,
+                        {radians(m.lat_deg), radians(m.lon_deg), {m.height_m}},
+                        std::max(m.sigma_enu_m[0], m.sigma_enu_m[1])};
+  const bool null_island = m.lat_deg == 0.0 && m.lon_deg == 0.0;  // a receiver without a position
+  const bool good = plausible_stamp(m.utime) && plausible(fix.antenna) && !null_island &&
+                    m.fix_type > gps_fix_t::FIX_NONE && m.fix_type <= gps_fix_t::FIX_FIXED &&
+                    m.sigma_enu_m[0] > 0.0 && m.sigma_enu_m[1] > 0.0 && fix.sigma_m <= 200.0;
+  if (!good) return std::nullopt;
+  return fix;
 }
 
 bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {

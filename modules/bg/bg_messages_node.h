@@ -2,6 +2,7 @@
 // Validates and converts the messages that BG receives; the code behind it relies on valid data.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -9,11 +10,13 @@
 
 #include "lcmtypes/local_levels.h"
 #include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "modules/bg/decide.h"
 #include "modules/vj/traversal_cost.h"
+#include "rcs/base/geodesy.h"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
 
@@ -54,6 +57,9 @@ class Route {
   [[nodiscard]] std::optional<std::int32_t> map_epoch() const {
     return frame_ == command_t::FRAME_ROLLING ? std::optional(map_epoch_) : std::nullopt;
   }
+  [[nodiscard]] const waypoint_t& waypoint(int k) const {  ///< 0 <= k < size()
+    return waypoints_[static_cast<std::size_t>(k)];
+  }
   /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }
 
@@ -77,7 +83,8 @@ struct Nav {
   Pose T_local_vehicle;
   Pose T_world_vehicle;
   bool world_valid = false;
-  Vec3 datum = Vec3::Zero();  ///< of the world: latitude, longitude [deg], height [m]
+  std::int32_t world_resets = 0;  ///< steps of frame world
+  Vec3 datum = Vec3::Zero();      ///< of the world: latitude, longitude [deg], height [m]
   bool pose_valid = false;
   bool aligned = false;
   double speed_mps = 0.0;
@@ -98,11 +105,21 @@ struct Integrity {
   double vertical_m = 0.0;
 };
 
+/// Position of the antenna of GPS.
+struct GpsPosition {
+  Stamp arrival;
+  Geodetic antenna;
+  double sigma_m = 0.0;  ///< the larger horizontal one
+};
+
 /// False, and `nav` untouched, if the pose or the motion is invalid.
 [[nodiscard]] bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav);
 
 /// False, and `integrity` untouched, if a protection level is negative or not a number.
 [[nodiscard]] bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity);
+
+/// None if the fix is invalid.
+[[nodiscard]] std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival);
 
 /// False, and `terrain` untouched, if the patch is invalid. Frame local.
 [[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);

@@ -65,6 +65,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       report_(bus, config.info.name, kReportInterval),
       hidden_(config.sight),
       unverified_(config.sight, config.shape),
+      zones_(config.zones, config.shape, bus),
       required_(config.shape.min_margin_m),
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
@@ -73,7 +74,10 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_, &supervisor_};
+  std::vector<const InboxBase*> all = {&subordinate_.inbox(), &nav_states_, &integrities_,
+                                       &map_patches_, &supervisor_};
+  if (zones_.inbox() != nullptr) all.push_back(zones_.inbox());
+  return all;
 }
 
 Duration BgNode::nominal_compute() const {
@@ -90,6 +94,8 @@ void BgNode::run(const Cycle& cycle) {
   take_command();
   take_nav(cycle);
   take_integrity(cycle);
+  zones_.update(nav_, integrity_, !knows_north(), cycle.now);
+  check_zones();
   take_map(cycle);
   if (map_is_of_now()) {
     required_.moved(clearance(), std::abs(nav_.speed_mps) < config_.decide.rest_mps);
@@ -121,6 +127,7 @@ void BgNode::take_command() {
   const command_t& m = *subordinate_.command();
   const int before = route_.number();
   cannot_ = "";
+  zones_unchecked_ = true;
   if (kind_of(m) == CommandKind::kGoto) {
     cannot_ = route_.take(m);
   } else {
@@ -134,6 +141,13 @@ void BgNode::take_command() {
   ahead_.reset();
   path_.clear();
   way_since_ = Stamp::min();
+}
+
+// The position of a waypoint in frame world is known from the first pose there on.
+void BgNode::check_zones() {
+  if (!zones_unchecked_ || !nav_.world_valid || !nav_.pose_valid) return;
+  zones_unchecked_ = false;
+  if (cannot_.empty()) cannot_ = zones_.objection(route_);
 }
 
 void BgNode::take_nav(const Cycle& cycle) {
@@ -184,6 +198,9 @@ void BgNode::take_map(const Cycle& cycle) {
       hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), scans == Scans::kNew,
                    &terrain_);
       unverified_.mark(place(), scans, &terrain_);
+      zones_.mark(place(), &terrain_);
+    } else {
+      zones_.unmark();
     }
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
@@ -363,6 +380,7 @@ Facts BgNode::facts(Stamp now) const {
               now - way_since_ <= kWayKept &&
               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
   f.leads_back = leads_back_;
+  zones_.describe(path_, at_, &f);
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
   const Stamp enclosed = planner_.enclosed_since();
   if (enclosed != Stamp::max() && now - enclosed > config_.decide.patience) {
@@ -432,6 +450,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
     cut_at_obstacles();
     if (path_.size() < 2) return;
   }
+  zones_.limit_speeds(&path_);
   plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape, max_mps,
               now.speed_share, &path_);
   publish_plan(cycle.now);
@@ -458,6 +477,7 @@ void BgNode::back_out(Stamp now, const Facts& facts) {
   } else if (now - unregistered_since_ > kUnregistered) {
     trail_.lead_back(kLeadBack_m, &path_);
     for (PathPoint& p : path_) p.clearance_m = planner_.body().clearance(obstacles_, p.place);
+    zones_.limit_speeds(&path_);
     plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape,
                 config_.max_speed_mps, facts.speed_share, &path_);
     leads_back_ = !path_.empty();

@@ -18,6 +18,7 @@
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
 #include "modules/bg/unverified_ground.h"
+#include "modules/bg/zone_node.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/command_port.h"
@@ -42,6 +43,8 @@ class BgNode final : public Node {
   void take_nav(const Cycle& cycle);
   void take_integrity(const Cycle& cycle);
   void take_map(const Cycle& cycle);
+  /// Rejects the command if one of its waypoints is forbidden.
+  void check_zones();
   [[nodiscard]] double speed_share() const;
   void leave_trail();
   void note_datum();
@@ -101,6 +104,8 @@ class BgNode final : public Node {
   Trail trail_;                  // frame local
   HiddenGround hidden_;          // frame local
   UnverifiedGround unverified_;  // frame local
+  ZoneWatch zones_;
+  bool zones_unchecked_ = false;  // of the command in force
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
   RequiredClearance required_;

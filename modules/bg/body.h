@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
@@ -37,17 +38,23 @@ class Body {
   /// From the body at this pose to the nearest obstacle; <= 0: contact. Outside the terrain there
   /// are no obstacles.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const {
-    const double around_m = obstacles.at(place.x_m, place.y_m) - around_m_;
+    return clearance_by([&](double x_m, double y_m) { return obstacles.at(x_m, y_m); }, place);
+  }
+
+  /// The same by any distance of points, distance_at(x_m, y_m).
+  template <class Distance>
+  [[nodiscard]] double clearance_by(Distance&& distance_at, const Place& place) const {
+    const double around_m = distance_at(place.x_m, place.y_m) - around_m_;
     if (around_m >= exact_m_) return around_m;
     const double c = std::cos(place.heading_rad);
     const double s = std::sin(place.heading_rad);
     const auto at = [&](double ahead_m, double left_m) {
-      return obstacles.at(place.x_m + c * ahead_m - s * left_m,
-                          place.y_m + s * ahead_m + c * left_m);
+      return distance_at(place.x_m + c * ahead_m - s * left_m,
+                         place.y_m + s * ahead_m + c * left_m);
     };
-    double middle_m = ObstacleDistance::kFar_m;
+    double middle_m = std::numeric_limits<double>::infinity();
     for (const double ahead_m : middle_m_) middle_m = std::min(middle_m, at(ahead_m, 0.0));
-    double ends_m = ObstacleDistance::kFar_m;
+    double ends_m = std::numeric_limits<double>::infinity();
     for (const Offset& o : ends_) ends_m = std::min(ends_m, at(o.ahead_m, o.left_m));
     return std::min(middle_m - middle_radius_m_, ends_m - end_radius_m_);
   }

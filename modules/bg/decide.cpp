@@ -94,7 +94,13 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "LADAR_AND_GPS_LOST",
                "waiting because neither LADAR nor GPS is received");
   }
-  const bool may_move = f.ins_age <= p.ins_loss && f.map_age <= p.map_loss && f.speed_share > 0.0;
+  const bool leaves_zone =
+      (f.zone == ZoneState::kNear || f.zone == ZoneState::kInside) && f.leads_out && f.has_way;
+  if (f.zone == ZoneState::kInside && !leaves_zone) {
+    return row(__LINE__, Action::kBrake, Status::kError, "ZONE", f.zone_reason);
+  }
+  const bool may_move = f.ins_age <= p.ins_loss && f.map_age <= p.map_loss && f.speed_share > 0.0 &&
+                        (f.zone == ZoneState::kFree || leaves_zone);
   if (no_ladar && f.leads_back && f.has_way && may_move) {
     return row(__LINE__, Action::kDrive, Status::kExecuting, "BACKING_OUT",
                "backing over the driven ground because no scan can be registered here");
@@ -116,6 +122,17 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
                "waiting because the pose is too uncertain to drive");
   }
 
+  // -- the operating zones ------------------------------------------------------------------------
+  if (f.zone == ZoneState::kUnknown) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "ZONE_POSE_UNKNOWN", f.zone_reason);
+  }
+  if (f.zone == ZoneState::kUnbounded) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "ZONE_POSE_UNCERTAIN", f.zone_reason);
+  }
+  if (f.zone == ZoneState::kNear && !leaves_zone) {
+    return row(__LINE__, Action::kStop, Status::kError, "ZONE", f.zone_reason);
+  }
+
   // -- the path -----------------------------------------------------------------------------------
   if (!f.has_way && f.without_way > p.patience) {
     return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",
@@ -123,6 +140,9 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (!f.has_way) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "searching for a path");
+  }
+  if (leaves_zone) {
+    return row(__LINE__, Action::kDrive, Status::kExecuting, "LEAVING_ZONE", f.zone_reason);
   }
   if (!f.north_known) {
     return row(__LINE__, Action::kDrive, Status::kExecuting, "INITIALIZING_HEADING",

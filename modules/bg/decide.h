@@ -11,6 +11,15 @@ namespace rcs::bg {
 
 enum class CommandKind { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
 
+/// The vehicle and what the operating zones forbid.
+enum class ZoneState {
+  kFree,       ///< farther away than the bound of the position error, or nothing is forbidden
+  kUnknown,    ///< the zones cannot be applied: the pose in frame world is unknown
+  kUnbounded,  ///< no bound of the position error
+  kNear,       ///< forbidden ground is within the bound
+  kInside      ///< in forbidden ground
+};
+
 /// What BG knows in one cycle.
 struct Facts {
   CommandKind command = CommandKind::kNone;  ///< newest command
@@ -37,6 +46,9 @@ struct Facts {
   bool has_way = false;     ///< a path that is still valid
   Duration without_way{};   ///< time since the last valid path
   bool leads_back = false;  ///< the path leads back over the ground that was just driven over
+  ZoneState zone = ZoneState::kFree;
+  std::string_view zone_reason;  ///< names the zone, or why zones cannot be kept
+  bool leads_out = false;        ///< the path leads out of forbidden ground, or away from it
 };
 
 struct DecideParams {
@@ -62,11 +74,12 @@ enum class Status { kUninitialized, kExecuting, kDone, kError };
 struct Decision {
   Action action = Action::kBrake;
   Status status = Status::kUninitialized;
-  std::string_view state;   ///< for the superior; stable
-  std::string_view reason;  ///< why the vehicle does not drive; literals, or Facts::cannot
-  int line = 0;             ///< of the row in decide.cpp
-  bool emergency = false;   ///< an emergency stop is in force
-  bool release = false;     ///< the command may end the stops that it names, in this cycle only
+  std::string_view state;  ///< for the superior; stable
+  std::string_view
+      reason;    ///< why the vehicle does not drive; literals, Facts::cannot or zone_reason
+  int line = 0;  ///< of the row in decide.cpp
+  bool emergency = false;  ///< an emergency stop is in force
+  bool release = false;    ///< the command may end the stops that it names, in this cycle only
 };
 
 /// @param emergency  an emergency stop is latched

@@ -2,6 +2,7 @@
 // Paths of the vehicle in the plane.
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "rcs/base/linear.h"
@@ -37,6 +38,7 @@ struct PathPoint {
   double clearance_m = 0.0;  ///< from the vehicle's body to the nearest obstacle
   double limit_mps = 0.0;    ///< allowed by the ground, the turn and nearby obstacles
   double speed_mps = 0.0;    ///< planned: also limited by braking
+  double zone_mps = std::numeric_limits<double>::infinity();  ///< limit of speed zones
 };
 
 using Path = std::vector<PathPoint>;

@@ -4,6 +4,7 @@
 
 #include "rcs/node/params/ladar_mount.h"
 #include "rcs/node/params/vehicle_tables.h"
+#include "rcs/zones/zone_params.h"
 
 namespace rcs::wm {
 namespace {
@@ -480,6 +481,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   ParamTable root = file.root();
   c.datum = read_datum(root.table("world"));
   c.prior_terrain = read_prior_terrain(file);
+  read_zones_key(file);  // of BG; WM checks the keys of [world]
   read_gps(root.table("gps"), &p.gps, &p.drive);
   read_ins(root.table("ins"), &p.ins);
   read_odometry(root.table("odometry"), &p.odometry, &p.drive);

@@ -103,6 +103,51 @@ TEST(Decide, BacksOutOfAViewThatDeterminesNoPose) {
   EXPECT_EQ(decide(f, false, {}).state, "LADAR_AND_GPS_LOST");
 }
 
+// In forbidden ground the vehicle moves only along a path that leads out.
+TEST(Decide, KeepsToZones) {
+  Facts f = all_is_well();
+  f.zone_reason = "in keep-out 'pond'";
+  f.zone = ZoneState::kUnknown;
+  EXPECT_EQ(decide(f, false, {}).state, "ZONE_POSE_UNKNOWN");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f.north_known = false;  // it may not drive ahead to initialize its heading either
+  EXPECT_EQ(decide(f, false, {}).state, "ZONE_POSE_UNKNOWN");
+  f.north_known = true;
+  f.zone = ZoneState::kUnbounded;
+  EXPECT_EQ(decide(f, false, {}).state, "ZONE_POSE_UNCERTAIN");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f.zone = ZoneState::kNear;
+  EXPECT_EQ(decide(f, false, {}).state, "ZONE");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f.zone = ZoneState::kInside;
+  const Decision inside = decide(f, false, {});
+  EXPECT_EQ(inside.state, "ZONE");
+  EXPECT_EQ(inside.action, Action::kBrake);
+  EXPECT_EQ(inside.status, Status::kError);
+  EXPECT_EQ(inside.reason, "in keep-out 'pond'");
+  for (const ZoneState near : {ZoneState::kNear, ZoneState::kInside}) {
+    f.zone = near;
+    f.leads_out = true;
+    EXPECT_EQ(decide(f, false, {}).state, "LEAVING_ZONE");
+    EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
+    EXPECT_EQ(decide(f, false, {}).reason, "in keep-out 'pond'");
+    f.has_way = false;
+    EXPECT_EQ(decide(f, false, {}).state, "ZONE");
+    f.has_way = true;
+    f.ladar_age = from_seconds(1.0);  // no other rule is suspended
+    EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST");
+    f.ladar_age = from_milliseconds(100.0);
+  }
+  for (const ZoneState state : {ZoneState::kUnknown, ZoneState::kUnbounded}) {
+    f.zone = state;  // leads_out has no meaning there
+    EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+    f.ladar_age = from_seconds(6.0);
+    f.leads_back = true;
+    EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST") << "no backing out either";
+    f.ladar_age = from_milliseconds(100.0);
+  }
+}
+
 TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   Facts f = all_is_well();
   f.command = CommandKind::kEmergencyStop;
@@ -175,6 +220,8 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
     f.arrived = chance();
     f.has_way = chance();
     f.leads_back = chance();
+    f.zone = static_cast<ZoneState>(rng() % 2 == 0 ? 0 : rng() % 5);
+    f.leads_out = chance();
     const bool emergency = rng() % 8 == 0;
     const Decision d = decide(f, emergency, p);
     if (d.action != Action::kDrive) continue;
@@ -185,6 +232,8 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
                 f.ins_age <= p.ins_loss && f.map_age <= p.map_loss &&
                 (f.ladar_age <= p.ladar_loss || (f.leads_back && f.gps_age <= p.gps_loss)) &&
                 f.speed_share > 0.0 && !f.arrived && f.has_way);
+    ASSERT_TRUE(f.zone == ZoneState::kFree ||
+                (f.leads_out && (f.zone == ZoneState::kNear || f.zone == ZoneState::kInside)));
     ASSERT_EQ(d.status, Status::kExecuting);
   }
   EXPECT_GT(driven, 10);

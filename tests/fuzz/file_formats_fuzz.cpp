@@ -1,6 +1,7 @@
 // libFuzzer: the first byte selects the file format of the other bytes. Each file is read or
 // rejected; no value is used before it is checked.
 
+#include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <string>
@@ -8,6 +9,8 @@
 
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/map_tile.h"
+#include "rcs/zones/zone_file.h"
+#include "rcs/zones/zone_raster.h"
 #include "sim/terrain/dem.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/tools/survey/las_file.h"
@@ -36,6 +39,7 @@ enum Kind : std::uint8_t {
   kIndex,
   kTile,
   kCalib,
+  kZones,
   kKinds
 };
 
@@ -76,6 +80,9 @@ std::vector<Bytes> seeds() {
           seed(kDem,
                "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4 5 6 7 8 9 10 11 12 "
                "13 14 15 16\n"),
+          seed(kZones, R"({"type":"FeatureCollection","features":[{"type":"Feature","properties":)"
+                       R"({"kind":"speed","name":"a","speed_mps":2},"geometry":{"type":"Polygon",)"
+                       R"("coordinates":[[[0,0],[1e-3,0],[0,1e-3],[0,0]]]}}]})"),
           seed(kCalib, "R: 1 0 0 0 1 0 0 0 1\nT: 0 0 0\n")};
 }
 
@@ -136,6 +143,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case kTile:
       (void)rcs::decode_tile(bytes.data(), bytes.size(), 0);
+      break;
+    case kZones:
+      if (const rcs::Result<rcs::GeodeticZones> zones = rcs::parse_zones(text, "a"); zones) {
+        const rcs::Zones in_world = zones->in_world(rcs::LocalFrame({0.5, 1.0, {0.0}}));
+        RCS_CHECK(!std::isnan(in_world.clearance({1.0, 2.0}).m));
+        (void)in_world.conflict({1.0, 2.0}, {3.0, -4.0}, 0.5);
+        (void)in_world.speed_limit_mps({1.0, 2.0}, 0.5);
+        rcs::ZoneRaster raster;
+        (void)raster.forbidden(in_world, {0.4, {-5, -5}, 10, 10, 0.3, {1.0, 2.0}}, 1.0);
+      }
       break;
     default:
       (void)rcs::importers::parse_imu_to_velo(text, "a");

@@ -66,7 +66,7 @@ TEST_F(ConfigCommand, ListHasEveryKeyThatAParserReads) {
        {"modules/sp/sp_config.cpp", "modules/wm/wm_config.cpp", "modules/bg/bg_config.cpp",
         "modules/gateway/gateway_config.cpp", "modules/ros2_bridge/ros2_bridge_config.cpp",
         "rcs/dds/network.cpp", "rcs/node/params/ladar_mount.h", "rcs/node/process/process.cpp",
-        "rcs/prior/prior_terrain.cpp"}) {
+        "rcs/prior/prior_terrain.cpp", "rcs/zones/zone_params.cpp"}) {
     const std::set<std::string> keys = keys_read_by(source);
     EXPECT_FALSE(keys.empty()) << source;
     read.insert(keys.begin(), keys.end());
@@ -119,6 +119,20 @@ TEST_F(ConfigCommand, CheckReportsAllErrorsInTheOrderOfTheFile) {
   EXPECT_THAT(found[1], AllOf(HasSubstr(":4: [wm] unknown key false_alarms"),
                               HasSubstr("did you mean false_alarm?")));
   EXPECT_THAT(found[2], HasSubstr(":6: [bg] period_ms = 'fast': not a number"));
+}
+
+// Once, though several programs know the key.
+TEST_F(ConfigCommand, CheckReportsErrorsOfTheFileOfZones) {
+  write("zones.geojson", R"({"type":"FeatureCollection","features":[{"type":"Feature",)"
+                         R"("properties":{"kind":"lake","name":"pond"},"geometry":null}]})");
+  const std::string file = write("a.toml", "[world]\nzones = \"zones.geojson\"\n");
+  EXPECT_EQ(rcs("config check " + file), 1);
+  const std::vector<std::string> found = lines();
+  ASSERT_EQ(found.size(), 1U) << out();
+  EXPECT_THAT(found[0], AllOf(HasSubstr(file + ":2: [world] zones"),
+                              HasSubstr("zones.geojson: feature 1 \"pond\": kind: is \"lake\"")));
+  EXPECT_EQ(rcs("config check " + write("b.toml", "[world]\nzones = \"none.geojson\"\n")), 1);
+  EXPECT_THAT(out(), HasSubstr("none.geojson: cannot open"));
 }
 
 TEST_F(ConfigCommand, CheckRejectsInvalidToml) {

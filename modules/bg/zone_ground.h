@@ -1,0 +1,52 @@
+#pragma once
+// Operating zones in frame local: forbidden ground is an obstacle of the terrain, and speed zones
+// limit the speed along a path.
+
+#include "modules/bg/body.h"
+#include "modules/bg/path.h"
+#include "modules/bg/zone_guard.h"
+#include "modules/vj/traversal_cost.h"
+#include "rcs/zones/zone_raster.h"
+#include "rcs/zones/zones.h"
+
+namespace rcs::bg {
+
+/// From frame world to frame local in the plane: both are upright.
+struct LocalFromWorld {
+  double yaw_rad = 0.0;
+  Vec2 origin_m = Vec2::Zero();
+
+  /// The transform that maps the same pose from the one frame to the other.
+  [[nodiscard]] static LocalFromWorld between(const Place& in_world, const Place& in_local);
+  [[nodiscard]] Place to_world(const Place& in_local) const;
+};
+
+/// Allocates nothing after a terrain as large.
+class ZoneGround {
+ public:
+  /// Marks the cells of a terrain in frame local as obstacles whose centre has less clearance than
+  /// the guard requires. For a vehicle that must leave forbidden ground, more is required at a
+  /// distance from it, so that its path gains at least a quarter of its length in clearance.
+  void mark(const Zones& zones, const LocalFromWorld& frame, const ZoneGuard& guard,
+            const Place& vehicle, vj::Terrain* terrain);
+
+ private:
+  /// @param beyond_m  distance from the vehicle
+  void mark(const Zones& zones, const ZoneWindow& window, double required_m, const Place& vehicle,
+            double beyond_m, vj::Terrain* terrain);
+
+  ZoneRaster raster_;
+};
+
+/// Smallest clearance of the outline of the vehicle, by the discs of its body.
+[[nodiscard]] inline double zone_clearance(const Zones& zones, const Body& body,
+                                           const Place& in_world) {
+  return body.clearance_by(
+      [&](double x_m, double y_m) { return zones.clearance(Vec2(x_m, y_m)).m; }, in_world);
+}
+
+/// Sets PathPoint::zone_mps of a path in frame local.
+/// @param margin_m  distance at which a limit already applies; infinite: all limits apply
+void limit_speeds(const Zones& zones, const LocalFromWorld& frame, double margin_m, Path* path);
+
+}  // namespace rcs::bg
