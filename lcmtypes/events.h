@@ -364,14 +364,14 @@ struct Info {
     "The UTC clock of this computer stepped. The stamps of the messages to ROS 2 follow it.",      \
     "The clock was set, e.g. by NTP after the start.",                                             \
     "Start the vehicle after the clock is synchronized.")                                          \
-  X(kBusRejected, "sp, wm, bg, gateway, ros2_bridge", "bus.rejected", kWarning, kOne,              \
+  X(kBusRejected, "sp, wm, bg, mission, gateway, ros2_bridge", "bus.rejected", kWarning, kOne,              \
     "Datagrams on the port of the bus, or messages, were not delivered to this node.",             \
     "Malformed: a program that does not speak LCM, or an attack. Incomplete or lost: the kernel's " \
     "buffer is too small, or the computer is overloaded. Of other computers: the bus has ttl=0. "  \
     "Too many waited: the node was stopped, or the bus is flooded.",                               \
     "Set net.core.rmem_max (docs/user/vehicle_install.md) and the firewall of the bus. `rcs top` "  \
     "shows the load and the rates of the channels.")                                               \
-  X(kPublisherRejected, "sp, wm, bg, gateway, ros2_bridge", "publisher.rejected", kError, kOne,    \
+  X(kPublisherRejected, "sp, wm, bg, mission, gateway, ros2_bridge", "publisher.rejected", kError, kOne,    \
     "Messages of a second publisher of a channel were rejected. BG brakes while this concerns a "  \
     "channel by which it drives.",                                                                 \
     "Two programs publish on one channel: a second driver or simulator, a node of another run, or " \

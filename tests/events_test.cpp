@@ -20,12 +20,13 @@ std::string publisher_of(const std::string& path) {
       {"modules/sp/", "sp"},
       {"modules/wm/", "wm"},
       {"modules/bg/", "bg"},
+      {"modules/mission/", "mission"},
       {"modules/gateway/", "gateway"},
       {"rcs/prior/", "sp, wm"},
       {"tools/rcs/vehicle/", "up"},
       {"tools/recorder/", "record"},
       {"modules/ros2_bridge/", "ros2_bridge"},
-      {"rcs/node/process/", "sp, wm, bg, gateway, ros2_bridge"}};
+      {"rcs/node/process/", "sp, wm, bg, mission, gateway, ros2_bridge"}};
   for (const auto& [folder, node] : kFolders) {
     if (path.compare(0, std::string(folder).size(), folder) == 0) return node;
   }

@@ -17,6 +17,9 @@ constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 constexpr Duration kUnregistered = from_seconds(5.0);
 constexpr double kLeadBack_m = 10.0;
+constexpr Duration kStuck = from_seconds(2.0);  // without a path, in an obstacle
+constexpr double kInside_m = 0.1;               // of the outline; less is the rounding of the map
+constexpr double kAnywhere_m = 100.0;
 constexpr double kAhead_m = 12.0;        // of the goal on a way back
 constexpr std::size_t kPlacesAhead = 8;  // of a way back, that may be left out
 constexpr double kBeforeEnd_m = 5.0;     // of a path that is kept, in addition to the way to stop
@@ -135,7 +138,7 @@ void BgNode::take_command() {
   }
   if (route_.number() == before) return;
   planner_.begin_task();
-  leads_back_ = false;
+  leads_back_ = leaves_obstacle_ = false;
   datum_.reset();
   other_world_ = false;
   ahead_.reset();
@@ -457,35 +460,47 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
 }
 
 // The scans arrive, but a wall that fills the view does not determine the pose: at rest that does
-// not change. The ground that the vehicle has just driven over is free.
+// not change. Or the vehicle has braked too late, and stands with its outline in an obstacle: a
+// path that begins there would lead over it. The ground that the vehicle has just driven over is
+// free.
 void BgNode::back_out(Stamp now, const Facts& facts) {
   const bool at_rest = std::abs(facts.speed_mps) < config_.decide.rest_mps;
   if (leads_back_) {
     way_since_ = now;
-    leads_back_ = !path_.empty() && path_local_utime_ == nav_.local_utime &&
+    const bool out = leaves_obstacle_ && clearance() >= config_.shape.min_margin_m;
+    leads_back_ = !path_.empty() && path_local_utime_ == nav_.local_utime && !out &&
                   !(steering_.at_end && at_rest) && facts.map_age <= config_.decide.map_loss;
-    if (!leads_back_) path_.clear();
+    if (leads_back_) return;
+    leaves_obstacle_ = false;
+    path_.clear();
     return;
   }
-  const bool lost = facts.command == CommandKind::kGoto && at_rest &&
-                    facts.ladar_age > config_.decide.ladar_loss &&
-                    facts.map_age <= config_.decide.map_loss;
-  if (!lost) {
+  const bool may_back = facts.command == CommandKind::kGoto && at_rest &&
+                        facts.map_age <= config_.decide.map_loss && map_is_of_now();
+  if (may_back && !facts.has_way && facts.without_way > kStuck && clearance() < -kInside_m) {
+    lead_back(facts);
+    leaves_obstacle_ = leads_back_;
+    return;
+  }
+  if (!may_back || facts.ladar_age <= config_.decide.ladar_loss) {
     unregistered_since_ = Stamp::max();
   } else if (unregistered_since_ == Stamp::max()) {
     unregistered_since_ = now;
   } else if (now - unregistered_since_ > kUnregistered) {
-    trail_.lead_back(kLeadBack_m, &path_);
-    for (PathPoint& p : path_) p.clearance_m = planner_.body().clearance(obstacles_, p.place);
-    zones_.limit_speeds(&path_);
-    plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape,
-                config_.max_speed_mps, facts.speed_share, &path_);
-    leads_back_ = !path_.empty();
-    path_local_utime_ = nav_.local_utime;
-    at_ = 0;
-    steering_ = {};
+    lead_back(facts);
     unregistered_since_ = Stamp::max();
   }
+}
+
+void BgNode::lead_back(const Facts& facts) {
+  trail_.lead_back(kLeadBack_m, &path_);
+  for (PathPoint& p : path_) p.clearance_m = planner_.body().clearance(obstacles_, p.place);
+  plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape,
+              config_.max_speed_mps, facts.speed_share, &path_);
+  leads_back_ = !path_.empty();
+  path_local_utime_ = nav_.local_utime;
+  at_ = 0;
+  steering_ = {};
 }
 
 Start BgNode::start(double speed_mps) const {
@@ -566,9 +581,11 @@ void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
   if (steering.speed_mps == 0.0) return;
   const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
+  // What the outline stands in is no obstacle on the way out of it.
+  const double required_m = leaves_obstacle_ ? -kAnywhere_m : required_.of(clearance());
   const double free_m =
       free_way(planner_.body(), obstacles_, path_, at_, place(), nav_.speed_mps, direction,
-               config_.follow, config_.shape, required_.of(clearance()), stopping_m(max_mps) + 0.5);
+               config_.follow, config_.shape, required_m, stopping_m(max_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
   const bool towards = direction * nav_.speed_mps > 0.0;

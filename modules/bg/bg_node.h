@@ -66,8 +66,9 @@ class BgNode final : public Node {
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
   [[nodiscard]] Start start(double speed_mps) const;
-  /// Leads back where no scan could be registered for a while.
+  /// Leads back where no scan could be registered for a while, and out of an obstacle.
   void back_out(Stamp now, const Facts& facts);
+  void lead_back(const Facts& facts);
   void cut_at_obstacles();
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
@@ -126,6 +127,7 @@ class BgNode final : public Node {
   SearchResult found_;
   Stamp unregistered_since_ = Stamp::max();  // at rest
   bool leads_back_ = false;                  // path_
+  bool leaves_obstacle_ = false;             // path_, which leads back
   Stamp way_since_ = Stamp::min();           // when a path last existed, or the route began
   Steering steering_;
   bool brakes_late_ = false;         // for an obstacle that was detected late

@@ -133,6 +133,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kStop, Status::kError, "ZONE", f.zone_reason);
   }
 
+  if (f.leads_back && f.has_way) {
+    return row(__LINE__, Action::kDrive, Status::kExecuting, "BACKING_OUT",
+               "backing over the driven ground because the vehicle stands in an obstacle");
+  }
+
   // -- the path -----------------------------------------------------------------------------------
   if (!f.has_way && f.without_way > p.patience) {
     return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",

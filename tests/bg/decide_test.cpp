@@ -99,6 +99,11 @@ TEST(Decide, BacksOutOfAViewThatDeterminesNoPose) {
   EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST") << "no scans";
   f = all_is_well();
   f.leads_back = true;
+  EXPECT_EQ(decide(f, false, {}).state, "BACKING_OUT") << "out of an obstacle";
+  f.speed_share = 0.0;
+  EXPECT_EQ(decide(f, false, {}).state, "POSE_UNCERTAIN");
+  f = all_is_well();
+  f.leads_back = true;
   f.ladar_age = f.gps_age = from_seconds(6.0);
   EXPECT_EQ(decide(f, false, {}).state, "LADAR_AND_GPS_LOST");
 }

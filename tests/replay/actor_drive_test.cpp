@@ -6,7 +6,6 @@
 
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
-#include "tests/replay/moving_objects_config.h"
 #include "tools/driving/closed_loop.h"
 
 namespace rcs::test {
@@ -26,7 +25,7 @@ driving::ClosedLoopRun drive(double person_mps) {
   person.within_m = 20.0;
   scenario->actors = {person};
   driving::ClosedLoopOptions options;
-  options.vehicle_config = with_moving_objects();
+  options.vehicle_config = source_path("config/demo3.toml");
   return driving::run_closed_loop(*scenario, options, driving::make_bg);
 }
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/replay/drive_series.h"
-#include "tests/replay/moving_objects_config.h"
 
 namespace rcs::test {
 namespace {
@@ -12,7 +11,7 @@ namespace {
 TEST(ActorDrives, NoContact) {
   driving::DriveCampaign campaign;
   campaign.scenario = source_path("config/sim/actors.toml");
-  campaign.vehicle_config = with_moving_objects();
+  campaign.vehicle_config = source_path("config/demo3.toml");
   const int first_seed = number_from("RCS_FIRST_SEED", 1001);
   for (const auto& [seed, run] :
        drive_series(campaign, first_seed, number_from("RCS_DRIVES", 12))) {

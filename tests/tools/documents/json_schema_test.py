@@ -30,7 +30,7 @@ SCHEMAS = SOURCE + "/docs/reference/json/"
 CONFIG = SOURCE + "/config/demo3.toml"
 SCENARIO = SOURCE + "/config/sim/drill.toml"
 # Commands whose documents are tested with "live".
-LIVE_COMMANDS = {"budget", "go", "play", "predict", "record", "top"}
+LIVE_COMMANDS = {"budget", "go", "mission", "play", "predict", "record", "top"}
 # Commands without --json, and why.
 NO_JSON = {"view": "a server; its JSON is at /api", "log csv": "CSV", "load": "no result", "map export": "writes files only",
            "reference pages": "the same", "reference man": "the same",
@@ -301,6 +301,12 @@ def live():
         run("predict", ["--to", "20,5", "--timeout", "20"])
         if run("record", ["recording", "--duration", "2", "--reserve-mb", "0"])["messages"] < 100:
             fail("rcs record: too few messages")
+        mission = subprocess.Popen([BIN + "/mission", CONFIG],
+                                   stderr=subprocess.DEVNULL)
+        time.sleep(3)
+        run("mission", ["hold"], (0, 1))
+        mission.terminate()
+        mission.wait()
         run("go", ["--waypoint", "9,0", "--frame", "local", "--timeout", "1"], (0, 1))
         check("play", player.communicate(timeout=60)[0])
     finally:
