@@ -125,8 +125,9 @@ void MissionNode::run(const Cycle& cycle) {
   take_task(cycle.now);
   port_.step(cycle.now);
   const status_t* const bg = port_.status();
-  if (bg != nullptr && port_.confirmed() && bg->issuer == kIssuer)
+  if (bg != nullptr && port_.confirmed() && bg->issuer == kIssuer) {
     bg_route_.note(bg->waypoints_done);
+  }
   take_predictions(cycle.now);
   note_way();
   cycle.stages->mark("receive");

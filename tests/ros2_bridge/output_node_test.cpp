@@ -191,8 +191,8 @@ TEST(ChannelsOf, NamesAndEndings) {
   EXPECT_THAT(channels_of("LADAR_POINTS, LADAR_RANGES"),
               ElementsAre("LADAR_POINTS", "LADAR_RANGES"));
   EXPECT_THAT(channels_of("*_EVENT"),
-              ElementsAre("SP_EVENT", "WM_EVENT", "BG_EVENT", "MISSION_EVENT", "GATEWAY_EVENT", "ROS2_BRIDGE_EVENT",
-                          "UP_EVENT", "RECORD_EVENT"));
+              ElementsAre("SP_EVENT", "WM_EVENT", "BG_EVENT", "MISSION_EVENT", "GATEWAY_EVENT",
+                          "ROS2_BRIDGE_EVENT", "UP_EVENT", "RECORD_EVENT"));
   EXPECT_TRUE(channels_of("NOTHING").empty());
   ros2::for_each_topic(
       [](const auto& topic) { EXPECT_FALSE(channels_of(topic.from).empty()) << topic.name; });

@@ -203,8 +203,9 @@ TEST(ZoneFile, HostileFilesAreBounded) {
   expect_error(file(comb(10'010)), "more than 20000 vertices");
   // Edges of 90 km count as 90 vertices.
   std::string zigzag = "[[[0,0]";
-  for (int k = 1; k < 300; ++k)
+  for (int k = 1; k < 300; ++k) {
     zigzag += fmt::format(",[{},{:.3f}]", k % 2 == 0 ? 0.0 : 0.8, 0.01 * k);
+  }
   expect_error(file(zigzag + ",[-0.1,1],[0,0]]]"), "more than 20000 vertices");
   std::string fences;
   for (int k = 0; k < 33; ++k) {

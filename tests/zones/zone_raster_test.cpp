@@ -61,8 +61,9 @@ TEST(ZoneRaster, AllocatesNothingAfterTheFirstWindow) {
   ZoneRaster raster;
   raster.forbidden(zones, window(0.0, {0.0, 0.0}), 1.0);
   const test::HeapGuard guard;
-  for (int k = 0; k < 20; ++k)
+  for (int k = 0; k < 20; ++k) {
     raster.forbidden(zones, window(0.1 * k, {3.0, 1.0 * k}), 0.3 * k - 2);
+  }
   EXPECT_EQ(guard.allocations(), 0);
 }
 

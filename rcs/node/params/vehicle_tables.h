@@ -12,8 +12,8 @@ namespace rcs {
 [[nodiscard]] inline std::vector<std::string> tables_but(const std::vector<std::string>& own) {
   std::vector<std::string> others;
   for (const char* const table :
-       {"vehicle", "world", "start", "ladar", "ins", "gps", "odometry", "sp", "wm", "bg", "mission", "gateway",
-        "ros2_bridge", "up", "process", "budget"}) {
+       {"vehicle", "world", "start", "ladar", "ins", "gps", "odometry", "sp", "wm", "bg", "mission",
+        "gateway", "ros2_bridge", "up", "process", "budget"}) {
     if (std::find(own.begin(), own.end(), table) == own.end()) others.emplace_back(table);
   }
   return others;

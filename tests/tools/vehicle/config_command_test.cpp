@@ -64,8 +64,9 @@ TEST_F(ConfigCommand, ListHasEveryKeyThatAParserReads) {
   std::set<std::string> read;
   for (const char* source :
        {"modules/sp/sp_config.cpp", "modules/wm/wm_config.cpp", "modules/bg/bg_config.cpp",
-        "modules/mission/mission_config.cpp", "modules/gateway/gateway_config.cpp", "modules/ros2_bridge/ros2_bridge_config.cpp",
-        "rcs/dds/network.cpp", "rcs/node/params/ladar_mount.h", "rcs/node/process/process.cpp",
+        "modules/mission/mission_config.cpp", "modules/gateway/gateway_config.cpp",
+        "modules/ros2_bridge/ros2_bridge_config.cpp", "rcs/dds/network.cpp",
+        "rcs/node/params/ladar_mount.h", "rcs/node/process/process.cpp",
         "rcs/prior/prior_terrain.cpp", "rcs/zones/zone_params.cpp"}) {
     const std::set<std::string> keys = keys_read_by(source);
     EXPECT_FALSE(keys.empty()) << source;

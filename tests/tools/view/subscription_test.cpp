@@ -43,8 +43,9 @@ TEST(TopicTable, PatternsNameChannels) {
   const auto bit = [](const char* name) { return channel_bit(*channel_index(name)); };
   EXPECT_EQ(channels_of("GPS_FIX"), bit("GPS_FIX"));
   EXPECT_EQ(channels_of("WM_INTEGRITY, WM_NAV_STATE"), bit("WM_INTEGRITY") | bit("WM_NAV_STATE"));
-  EXPECT_EQ(channels_of("*_CYCLE"), bit("SP_CYCLE") | bit("WM_CYCLE") | bit("BG_CYCLE") | bit("MISSION_CYCLE") |
-                                        bit("GATEWAY_CYCLE") | bit("ROS2_BRIDGE_CYCLE"));
+  EXPECT_EQ(channels_of("*_CYCLE"), bit("SP_CYCLE") | bit("WM_CYCLE") | bit("BG_CYCLE") |
+                                        bit("MISSION_CYCLE") | bit("GATEWAY_CYCLE") |
+                                        bit("ROS2_BRIDGE_CYCLE"));
   EXPECT_EQ(channels_of("NOT_A_CHANNEL"), 0U);
 }
 

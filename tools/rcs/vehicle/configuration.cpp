@@ -8,8 +8,8 @@
 
 #include "modules/bg/bg_config.h"
 #include "modules/gateway/gateway_config.h"
-#include "modules/ros2_bridge/ros2_bridge_config.h"
 #include "modules/mission/mission_config.h"
+#include "modules/ros2_bridge/ros2_bridge_config.h"
 #include "modules/sp/sp_config.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/params/param_text.h"
