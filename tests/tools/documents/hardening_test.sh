@@ -12,7 +12,7 @@ complain() {
 }
 command -v readelf >/dev/null || { echo "SKIPPED: no readelf"; exit 77; }
 printf '%-10s %-4s %-9s %-6s %-6s %s\n' program PIE BIND_NOW RELRO canary fortify
-for name in rcs rcs_view sp wm bg gateway ros2_bridge sim; do
+for name in rcs rcs_view sp wm bg mission gateway ros2_bridge sim; do
   [ "$name" != rcs_view ] || [ -e "$bin/$name" ] || continue # built only with Boost
   program=$bin/$name
   header=$(readelf -hW "$program")
