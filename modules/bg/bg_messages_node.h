@@ -51,14 +51,13 @@ class Route {
   [[nodiscard]] const waypoint_t* after_next() const {
     return next_ + 1 < waypoints_.size() ? &waypoints_[next_ + 1] : nullptr;
   }
-  [[nodiscard]] const std::vector<waypoint_t>& waypoints() const { return waypoints_; }
   [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
   /// The map epoch of a route in frame rolling.
   [[nodiscard]] std::optional<std::int32_t> map_epoch() const {
     return frame_ == command_t::FRAME_ROLLING ? std::optional(map_epoch_) : std::nullopt;
   }
-  [[nodiscard]] const waypoint_t& waypoint(int k) const {  ///< 0 <= k < size()
-    return waypoints_[static_cast<std::size_t>(k)];
+  [[nodiscard]] const waypoint_t& waypoint(std::size_t k) const {  ///< k < size()
+    return waypoints_[k];
   }
   /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }

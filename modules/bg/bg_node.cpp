@@ -150,7 +150,7 @@ void BgNode::take_command() {
 void BgNode::check_zones() {
   if (!zones_unchecked_ || !nav_.world_valid || !nav_.pose_valid) return;
   zones_unchecked_ = false;
-  if (cannot_.empty()) cannot_ = zones_.objection(route_);
+  if (cannot_.empty()) cannot_ = zones_.objection(route_, nav_);
 }
 
 void BgNode::take_nav(const Cycle& cycle) {
@@ -272,7 +272,7 @@ Goal BgNode::goal() {
     return *ahead_;
   }
   if (!route_.map_epoch()) return goal_of(route_.next());
-  return goal_of(route_.waypoints()[route_.ahead(next_place(), kAhead_m)]);
+  return goal_of(route_.waypoint(route_.ahead(next_place(), kAhead_m)));
 }
 
 std::optional<Goal> BgNode::onward_goal() const {
@@ -280,7 +280,7 @@ std::optional<Goal> BgNode::onward_goal() const {
     const std::size_t to = route_.ahead(next_place(), kAhead_m);
     const std::size_t onward = route_.ahead(to, kAhead_m);
     if (onward == to) return std::nullopt;
-    return goal_of(route_.waypoints()[onward]);
+    return goal_of(route_.waypoint(onward));
   }
   const waypoint_t* const after = route_.after_next();
   if (!knows_north() || after == nullptr) return std::nullopt;
@@ -309,11 +309,11 @@ void BgNode::pass_waypoints() {
     return;
   }
   // Of a way back, places that an obstacle has made the vehicle leave out are done, too.
-  const std::size_t size = route_.waypoints().size();
+  const std::size_t size = static_cast<std::size_t>(route_.size());
   const std::size_t last = std::min(size, next_place() + kPlacesAhead);
   for (std::size_t k = last; k-- > next_place();) {
     if (k + 1 == size && k > next_place()) continue;  // the last one is driven to
-    if (!is_at(goal_of(route_.waypoints()[k]))) continue;
+    if (!is_at(goal_of(route_.waypoint(k)))) continue;
     route_.pass_to(k + 1);
     return;
   }
@@ -328,7 +328,7 @@ void BgNode::mark_way_back() {
   const std::size_t from = next_place() > 2 ? next_place() - 2 : 0;
   const std::size_t to = route_.ahead(next_place(), 3.0 * kAhead_m);
   for (std::size_t k = from; k <= to; ++k) {
-    const Goal g = goal_of(route_.waypoints()[k]);
+    const Goal g = goal_of(route_.waypoint(k));
     line.emplace_back(g.x_m, g.y_m);
   }
   for (int j = 0; j < terrain_.height; ++j) {

@@ -146,10 +146,13 @@ void ZoneWatch::mark(const Place& vehicle, vj::Terrain* terrain) {
   if (marked_) ground_.mark(zones_, *local_from_world_, guard_, vehicle, terrain);
 }
 
-std::string_view ZoneWatch::objection(const Route& route) {
+std::string_view ZoneWatch::objection(const Route& route, const Nav& nav) {
   if (!fixes_ || !local_from_world_) return "";
-  for (int k = route.done(); k < route.size(); ++k) {
-    Place p{route.waypoint(k).p_m[0], route.waypoint(k).p_m[1], 0.0, 0.0};
+  const auto size = static_cast<std::size_t>(route.size());
+  for (auto k = static_cast<std::size_t>(route.done()); k < size; ++k) {
+    Vec3 at = from_message(route.waypoint(k).p_m);
+    if (route.map_epoch()) at = nav.T_local_vehicle * (nav.T_rolling_vehicle.inverse() * at);
+    Place p{at.x(), at.y(), 0.0, 0.0};
     if (!route.in_world()) p = local_from_world_->to_world(p);
     const ZoneClearance nearest = zones_.clearance({p.x_m, p.y_m});
     if (nearest.m >= 0.0) continue;

@@ -39,7 +39,7 @@ class ZoneWatch {
 
   /// Why a waypoint of a route cannot be reached; empty: none is forbidden, or frame world is not
   /// known yet. Valid until the next call.
-  [[nodiscard]] std::string_view objection(const Route& route);
+  [[nodiscard]] std::string_view objection(const Route& route, const Nav& nav);
 
   /// Sets the limits of a path in frame local, see PathPoint::zone_mps.
   void limit_speeds(Path* path) const;

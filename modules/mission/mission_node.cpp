@@ -32,6 +32,9 @@ TaskKind kind_of(const command_t& m) {
   switch (m.kind) {
     case command_t::KIND_HALT:
     case command_t::KIND_ABORT:
+    // The stop itself is BG's; after it the vehicle holds until another task.
+    case command_t::KIND_EMERGENCY_STOP:
+    case command_t::KIND_RELEASE:
       return TaskKind::kHold;
     case command_t::KIND_GOTO:
       return TaskKind::kVisit;
@@ -122,13 +125,13 @@ std::vector<const InboxBase*> MissionNode::inboxes() const {
 void MissionNode::run(const Cycle& cycle) {
   subordinate_.take(cycle.now);
   take_nav(cycle.now);
-  take_task(cycle.now);
+  take_task();
   port_.step(cycle.now);
   const status_t* const bg = port_.status();
   if (bg != nullptr && port_.confirmed() && bg->issuer == kIssuer) {
     bg_route_.note(bg->waypoints_done);
   }
-  take_predictions(cycle.now);
+  take_predictions();
   note_way();
   cycle.stages->mark("receive");
 
@@ -141,7 +144,7 @@ void MissionNode::run(const Cycle& cycle) {
 }
 
 // A command of the same task renews it.
-void MissionNode::take_task(Stamp now) {
+void MissionNode::take_task() {
   if (!subordinate_.is_new()) return;
   const command_t& m = *subordinate_.command();
   if (m.task != 0 && m.task == task_of_ && m.issuer == issuer_) return;
@@ -155,7 +158,6 @@ void MissionNode::take_task(Stamp now) {
   bg_route_.clear();
   blocked_ = 0;
   above_since_ = Stamp::max();
-  (void)now;
 }
 
 void MissionNode::take_nav(Stamp now) {
@@ -349,7 +351,7 @@ void MissionNode::ask(const Candidate& candidate, Stamp now) {
   queries_.publish(&query);
 }
 
-void MissionNode::take_predictions(Stamp now) {
+void MissionNode::take_predictions() {
   for (; !predictions_.empty(); predictions_.pop()) {
     const path_uncertainty_t& m = *predictions_.front();
     if (m.issuer != kIssuer || m.serial != asked_ || asked_ == 0) continue;
@@ -362,7 +364,6 @@ void MissionNode::take_predictions(Stamp now) {
     choice_.predict(std::isfinite(sigma_m) ? sigma_m : std::numeric_limits<double>::infinity());
     asked_ = 0;
   }
-  (void)now;
 }
 
 void MissionNode::choose(Stamp now) {

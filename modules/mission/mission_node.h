@@ -44,9 +44,9 @@ class MissionNode final : public Node {
   [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
 
  private:
-  void take_task(Stamp now);
+  void take_task();
   void take_nav(Stamp now);
-  void take_predictions(Stamp now);
+  void take_predictions();
   void note_way();
   [[nodiscard]] Facts facts(Stamp now);
   void act(const Decision& decision, Stamp now);

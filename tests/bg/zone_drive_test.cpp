@@ -25,7 +25,8 @@ Plan straight_on() {
 TEST(ZoneDrive, AKeepOutAcrossTheWayIsDrivenAroundWithItsMargin) {
   Plan plan = straight_on();
   plan.zones = {rectangle(ZoneKind::kKeepOut, "pond", 20.0, -8.0, 25.0, 12.0)};
-  for (const std::int8_t frame : {command_t::FRAME_WORLD, command_t::FRAME_LOCAL}) {
+  for (const std::int8_t frame :
+       {command_t::FRAME_WORLD, command_t::FRAME_LOCAL, command_t::FRAME_ROLLING}) {
     plan.frame = frame;
     const Result r = drive(plan);
     EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
@@ -65,7 +66,8 @@ TEST(ZoneDrive, AWaypointInForbiddenGroundIsRejected) {
   plan.time_s = 5.0;
   plan.goals = {{10.0, 0.0}, {22.0, 0.0}};
   plan.zones = {rectangle(ZoneKind::kKeepOut, "pond", 20.0, -8.0, 25.0, 12.0)};
-  for (const std::int8_t frame : {command_t::FRAME_WORLD, command_t::FRAME_LOCAL}) {
+  for (const std::int8_t frame :
+       {command_t::FRAME_WORLD, command_t::FRAME_LOCAL, command_t::FRAME_ROLLING}) {
     plan.frame = frame;
     const Result r = drive(plan);
     EXPECT_EQ(r.state, "REJECTED");
@@ -111,7 +113,8 @@ TEST(ZoneDrive, WithoutABoundOfThePositionTheVehicleStops) {
   plan.time_s = 20.0;
   plan.zones = {rectangle(ZoneKind::kKeepOut, "far", 500.0, -8.0, 525.0, 12.0)};
   plan.level_m = [](double t) { return t < 4.0 ? 1.0 : std::numeric_limits<double>::infinity(); };
-  for (const std::int8_t frame : {command_t::FRAME_WORLD, command_t::FRAME_LOCAL}) {
+  for (const std::int8_t frame :
+       {command_t::FRAME_WORLD, command_t::FRAME_LOCAL, command_t::FRAME_ROLLING}) {
     plan.frame = frame;
     const Result r = drive(plan);
     EXPECT_FALSE(r.done);

@@ -26,6 +26,9 @@ constexpr double kCell_m = 0.4;
 constexpr int kSide = 150;  // cells
 const Geodetic kDatum{radians(40.43), radians(-76.57), {150.0}};
 
+inline const Pose kRollingFromLocal{Quat(std::cos(0.35), 0.0, 0.0, std::sin(0.35)),
+                                    Vec3(3.0, -7.0, 0.0)};
+
 /// A zone around a rectangle in frame world.
 inline Zone rectangle(ZoneKind kind, const std::string& name, double west_m, double south_m,
                       double east_m, double north_m, double speed_mps = 0.0) {
@@ -132,9 +135,9 @@ class World final : public Node {
     order.frame = plan_.frame;
     order.task = 1;
     for (const Vec2& goal : plan_.goals) {
-      const bool local = plan_.frame == command_t::FRAME_LOCAL;
-      const Vec3 p = local ? Vec3(kLocalFromWorld * Vec3(goal.x(), goal.y(), 0.0))
-                           : Vec3(goal.x(), goal.y(), 0.0);
+      Vec3 p(goal.x(), goal.y(), 0.0);
+      if (plan_.frame != command_t::FRAME_WORLD) p = kLocalFromWorld * p;
+      if (plan_.frame == command_t::FRAME_ROLLING) p = kRollingFromLocal * p;
       waypoint_t w{};
       to_message(p, w.p_m);
       w.radius_m = 2.0;
@@ -166,7 +169,8 @@ class World final : public Node {
     nav_.datum_height_m = kDatum.height.m;
     to_message(T_local_vehicle, nav_.q_local_vehicle, nav_.p_local_vehicle_m);
     to_message(T_world_vehicle, nav_.q_world_vehicle, nav_.p_world_vehicle_m);
-    to_message(T_local_vehicle, nav_.q_rolling_vehicle, nav_.p_rolling_vehicle_m);
+    to_message(kRollingFromLocal * T_local_vehicle, nav_.q_rolling_vehicle,
+               nav_.p_rolling_vehicle_m);
     to_message(T_world_vehicle.q * Vec3(speed_mps_, 0.0, 0.0), nav_.v_world_mps);
     nav_.wheel_scale = 1.0;
     for (int k = 0; k < 6; ++k) nav_.cov_world_pose[k][k] = nav_.cov_rolling_pose[k][k] = 1e-4;
