@@ -6,6 +6,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/local_levels.h"
 #include "lcmtypes/plausible.h"
+#include "rcs/node/waypoint_check.h"
 
 namespace rcs::bg {
 namespace {
@@ -23,25 +24,7 @@ std::string_view objection(const command_t& m) {
   if (!is_frame(m.frame)) {
     return "command rejected: the frame of the waypoints is unknown";
   }
-  if (m.n < 1 || m.n > Route::kMaxWaypoints) {
-    return "command rejected: the number of waypoints is not 1 to 64";
-  }
-  if (m.waypoints_done < 0 || m.waypoints_done > m.n) {
-    return "command rejected: waypoints_done is not 0 to the number of waypoints";
-  }
-  for (const waypoint_t& w : m.waypoint) {
-    const Vec3 p = from_message(w.p_m);
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
-      return "command rejected: a waypoint is not finite or is beyond 1000 km";
-    }
-    if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
-      return "command rejected: the radius of a waypoint is not 0.5 to 50 m";
-    }
-    if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
-      return "command rejected: the speed of a waypoint is not above 0 and up to 30 m/s";
-    }
-  }
-  return "";
+  return waypoint_objection(m);
 }
 
 bool same(const waypoint_t& a, const waypoint_t& b) {

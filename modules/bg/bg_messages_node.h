@@ -19,6 +19,7 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
+#include "rcs/node/waypoint_check.h"
 
 namespace rcs::bg {
 
@@ -27,7 +28,6 @@ namespace rcs::bg {
 /// The waypoints of the newest GOTO and the progress along them.
 class Route {
  public:
-  static constexpr int kMaxWaypoints = 64;
   Route() { waypoints_.reserve(kMaxWaypoints); }
 
   /// A command that repeats the current task changes nothing. One of the same task that contains

@@ -12,6 +12,7 @@ namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
+constexpr double kTurned_1pm = 0.04;                        // wheels, of the curvature commanded
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
@@ -20,9 +21,8 @@ constexpr double kLeadBack_m = 10.0;
 constexpr Duration kStuck = from_seconds(2.0);  // without a path, in an obstacle
 constexpr double kInside_m = 0.1;               // of the outline; less is the rounding of the map
 constexpr double kAnywhere_m = 100.0;
-constexpr double kAhead_m = 12.0;        // of the goal on a way back
-constexpr std::size_t kPlacesAhead = 8;  // of a way back, that may be left out
-constexpr double kBeforeEnd_m = 5.0;     // of a path that is kept, in addition to the way to stop
+constexpr double kBeforeObstacle_m = 1.0;  // on a way back
+constexpr double kBeforeEnd_m = 5.0;       // of a path that is kept, in addition to the way to stop
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -71,9 +71,11 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       zones_(config.zones, config.shape, bus),
       required_(config.shape.min_margin_m),
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
+      route_(config.north_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
   path_.reserve(4096);
   candidate_.reserve(4096);
+  way_back_.reserve(kMaxWaypoints);
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
@@ -97,13 +99,13 @@ void BgNode::run(const Cycle& cycle) {
   take_command();
   take_nav(cycle);
   take_integrity(cycle);
-  zones_.update(nav_, integrity_, !knows_north(), cycle.now);
+  zones_.update(nav_, integrity_, !route_.knows_north(nav_), cycle.now);
   check_zones();
   take_map(cycle);
   if (map_is_of_now()) {
     required_.moved(clearance(), std::abs(nav_.speed_mps) < config_.decide.rest_mps);
   }
-  pass_waypoints();
+  route_.pass(nav_, place());
   cycle.stages->mark("receive");
 
   Facts now = facts(cycle.now);
@@ -128,7 +130,7 @@ void BgNode::run(const Cycle& cycle) {
 void BgNode::take_command() {
   if (!subordinate_.is_new()) return;
   const command_t& m = *subordinate_.command();
-  const int before = route_.number();
+  const int before = route_.route().number();
   cannot_ = "";
   zones_unchecked_ = true;
   if (kind_of(m) == CommandKind::kGoto) {
@@ -136,12 +138,11 @@ void BgNode::take_command() {
   } else {
     route_.clear();
   }
-  if (route_.number() == before) return;
+  if (route_.route().number() == before) return;
   planner_.begin_task();
   leads_back_ = leaves_obstacle_ = false;
-  datum_.reset();
-  other_world_ = false;
-  ahead_.reset();
+  way_back_watch_.begin();
+  route_.begin();
   path_.clear();
   way_since_ = Stamp::min();
 }
@@ -150,7 +151,7 @@ void BgNode::take_command() {
 void BgNode::check_zones() {
   if (!zones_unchecked_ || !nav_.world_valid || !nav_.pose_valid) return;
   zones_unchecked_ = false;
-  if (cannot_.empty()) cannot_ = zones_.objection(route_, nav_);
+  if (cannot_.empty()) cannot_ = zones_.objection(route_.route(), nav_);
 }
 
 void BgNode::take_nav(const Cycle& cycle) {
@@ -165,7 +166,7 @@ void BgNode::take_nav(const Cycle& cycle) {
     }
     if (first || nav_.stamp != before) nav_moved_ = nav_.arrival;
     leave_trail();
-    note_datum();
+    route_.note_datum(nav_);
     if (m.latency_trace.measured_utime != drive_.latency_trace.measured_utime) {
       drive_.latency_trace = m.latency_trace;
       drive_.latency_trace.bg_arrival_utime = to_utime(nav_.arrival);
@@ -197,6 +198,11 @@ void BgNode::take_map(const Cycle& cycle) {
     const Scans scans = scan_watch_.update(scan, nav_.stamp);
     if (trail_local_utime_ == m->local_utime) {
       trail_.mark(config_.shape, &terrain_);
+      if (route_.route().map_epoch()) {
+        // Before the marks of what is hidden, unverified or forbidden, which remain.
+        route_.way_back(nav_, config_.search.horizon_m, &way_back_);
+        mark_way_back(way_back_, config_.shape, config_.weights, &terrain_);
+      }
       const Pose& T = nav_.T_local_vehicle;
       hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), scans == Scans::kNew,
                    &terrain_);
@@ -218,7 +224,6 @@ void BgNode::take_map(const Cycle& cycle) {
     if (trail_local_utime_ == m->local_utime) {
       planner_.note(place(), terrain_, obstacles_);
     }
-    mark_way_back();
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
@@ -236,19 +241,6 @@ void BgNode::leave_trail() {
   trail_.add(place());
 }
 
-// Without a configured datum a restarted WM begins another frame world, in which the same
-// coordinates mean other places.
-void BgNode::note_datum() {
-  if (!nav_.world_valid || !route_.in_world()) return;
-  if (!datum_) datum_ = nav_.datum;
-  other_world_ = other_world_ || *datum_ != nav_.datum;
-}
-
-bool BgNode::in_other_map() const {
-  return route_.map_epoch() && nav_.arrival != Stamp::min() &&
-         nav_.map_epoch != *route_.map_epoch();
-}
-
 bool BgNode::map_is_of_now() const {
   return terrain_.width > 0 && terrain_local_utime_ == nav_.local_utime;
 }
@@ -260,91 +252,18 @@ Place BgNode::place() const {
           curvature_1pm_};
 }
 
-// The next waypoint in frame local. A waypoint in frame world moves there with the corrections of
-// WM.
-Goal BgNode::goal() {
-  if (!knows_north()) {
-    if (!ahead_) {
-      const Place end =
-          along_arc({place().x_m, place().y_m, place().heading_rad, 0.0}, config_.north_m);
-      ahead_ = Goal{end.x_m, end.y_m, 3.0};
-    }
-    return *ahead_;
+WayBackWatch::Along BgNode::plan_way_back(double speed_mps, Stamp now) {
+  route_.way_back(nav_, config_.search.horizon_m, &way_back_);
+  follow_way_back(way_back_, place(), config_.shape, config_.search.horizon_m, &candidate_);
+  if (candidate_.empty()) {
+    way_back_watch_.off();
+    return WayBackWatch::Along::kNo;
   }
-  if (!route_.map_epoch()) return goal_of(route_.next());
-  return goal_of(route_.waypoint(route_.ahead(next_place(), kAhead_m)));
-}
-
-std::optional<Goal> BgNode::onward_goal() const {
-  if (route_.map_epoch()) {
-    const std::size_t to = route_.ahead(next_place(), kAhead_m);
-    const std::size_t onward = route_.ahead(to, kAhead_m);
-    if (onward == to) return std::nullopt;
-    return goal_of(route_.waypoint(onward));
-  }
-  const waypoint_t* const after = route_.after_next();
-  if (!knows_north() || after == nullptr) return std::nullopt;
-  return goal_of(*after);
-}
-
-Goal BgNode::goal_of(const waypoint_t& w) const {
-  Vec3 p = from_message(w.p_m);
-  if (route_.in_world()) {
-    p = nav_.T_local_vehicle * (nav_.T_world_vehicle.inverse() * p);
-  } else if (route_.map_epoch()) {
-    p = nav_.T_local_vehicle * (nav_.T_rolling_vehicle.inverse() * p);
-  }
-  // The radius is reduced by the uncertainty, so that the vehicle is really within the circle.
-  const double sigma_m = route_.in_world() ? nav_.sigma_world_m : 0.0;
-  return {p.x(), p.y(), std::max(0.5 * w.radius_m, w.radius_m - 2.0 * sigma_m)};
-}
-
-void BgNode::pass_waypoints() {
-  if (nav_.arrival == Stamp::min() || !knows_north() || other_world_ || in_other_map()) return;
-  const auto is_at = [this](const Goal& g) {
-    return std::hypot(g.x_m - place().x_m, g.y_m - place().y_m) <= g.radius_m;
-  };
-  if (!route_.map_epoch()) {
-    while (!route_.arrived() && is_at(goal())) route_.pass();
-    return;
-  }
-  // Of a way back, places that an obstacle has made the vehicle leave out are done, too.
-  const std::size_t size = static_cast<std::size_t>(route_.size());
-  const std::size_t last = std::min(size, next_place() + kPlacesAhead);
-  for (std::size_t k = last; k-- > next_place();) {
-    if (k + 1 == size && k > next_place()) continue;  // the last one is driven to
-    if (!is_at(goal_of(route_.waypoint(k)))) continue;
-    route_.pass_to(k + 1);
-    return;
-  }
-}
-
-// The way back is known to be drivable, and the vehicle keeps to it.
-void BgNode::mark_way_back() {
-  constexpr double kFarthest_m = 2.0;
-  if (!route_.map_epoch() || route_.arrived() || in_other_map()) return;
-  std::vector<Vec2>& line = way_back_line_;
-  line.clear();
-  const std::size_t from = next_place() > 2 ? next_place() - 2 : 0;
-  const std::size_t to = route_.ahead(next_place(), 3.0 * kAhead_m);
-  for (std::size_t k = from; k <= to; ++k) {
-    const Goal g = goal_of(route_.waypoint(k));
-    line.emplace_back(g.x_m, g.y_m);
-  }
-  for (int j = 0; j < terrain_.height; ++j) {
-    for (int i = 0; i < terrain_.width; ++i) {
-      const Cell cell{terrain_.first.i + i, terrain_.first.j + j};
-      const Vec2 p = terrain_.cell_m * Vec2(cell.i + 0.5, cell.j + 0.5);
-      double nearest = kFarthest_m;
-      for (std::size_t k = 1; k < line.size(); ++k) {
-        const Vec2 d = line[k] - line[k - 1];
-        const double t =
-            std::clamp((p - line[k - 1]).dot(d) / std::max(1e-9, d.squaredNorm()), 0.0, 1.0);
-        nearest = std::min(nearest, (p - line[k - 1] - t * d).norm());
-      }
-      terrain_.ground[terrain_.index(cell)].off_route_m = static_cast<float>(nearest);
-    }
-  }
+  cut_at_obstacles(0, &candidate_);
+  const WayBackWatch::Ahead ahead{
+      candidate_.back().s_m, route_.ends_at(candidate_.back().place, nav_),
+      stopping_m(speed_mps) + kBeforeObstacle_m, long_enough_m(speed_mps)};
+  return way_back_watch_.on(ahead, place(), now);
 }
 
 Facts BgNode::facts(Stamp now) const {
@@ -354,10 +273,10 @@ Facts BgNode::facts(Stamp now) const {
     f.command = kind_of(*command);
     f.command_is_new = subordinate_.is_new();
     f.command_is_valid = subordinate_.valid(now);
-    f.cannot = other_world_
+    f.cannot = route_.in_other_world()
                    ? "command rejected: WM has begun another frame world with another datum"
-               : in_other_map() ? "command rejected: SP has begun another rolling map"
-                                : cannot_;
+               : route_.in_other_map(nav_) ? "command rejected: SP has begun another rolling map"
+                                           : cannot_;
   }
   f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;
   if (nav_.arrival == Stamp::min()) return f;
@@ -376,9 +295,9 @@ Facts BgNode::facts(Stamp now) const {
   f.ladar_age = nav_.ladar_age;
   f.gps_age = nav_.gps_age;
   if (map_is_of_now()) f.map_age = std::max(Duration(0), nav_.stamp - terrain_stamp_);
-  f.north_known = knows_north();
+  f.north_known = route_.knows_north(nav_);
   f.speed_share = speed_share();
-  f.arrived = f.command == CommandKind::kGoto && cannot_.empty() && route_.arrived();
+  f.arrived = f.command == CommandKind::kGoto && cannot_.empty() && route_.route().arrived();
   f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
               now - way_since_ <= kWayKept &&
               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
@@ -395,7 +314,7 @@ Facts BgNode::facts(Stamp now) const {
 
 /// A task in frame local does not depend on the world pose but on that in the rolling map.
 double BgNode::speed_share() const {
-  if (route_.in_world() && !nav_.world_valid) return 1.0;
+  if (route_.route().in_world() && !nav_.world_valid) return 1.0;
   vj::SpeedParams speeds = config_.speeds;
   if (const command_t* const c = subordinate_.command(); c != nullptr) {
     // A task can have a narrower limit than the vehicle, not a wider one.
@@ -405,7 +324,7 @@ double BgNode::speed_share() const {
     narrow(c->alert_limit_horizontal_m, &speeds.alert_limit_horizontal_m);
     narrow(c->alert_limit_vertical_m, &speeds.alert_limit_vertical_m);
   }
-  if (!route_.in_world()) {
+  if (!route_.route().in_world()) {
     return vj::protected_share(nav_.local.horizontal_m, nav_.local.vertical_m, speeds);
   }
   return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
@@ -419,24 +338,29 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way || leads_back_) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
-  const Planner::Query query{terrain_, obstacles_, start(now.speed_mps), goal(), onward_goal()};
-  found_ =
-      planner_.plan(query, cycle.now, static_cast<int>(grant(cycle, config_.grant)), &candidate_);
-  const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
-                                   knows_north() ? config_.max_speed_mps : config_.north_mps});
+  const Planner::Query query{terrain_, obstacles_, start(now.speed_mps), route_.goal(nav_, place()),
+                             route_.onward_goal(nav_)};
+  const bool back = plan_way_back(now.speed_mps, cycle.now) != WayBackWatch::Along::kNo;
+  if (back) {
+    found_ = {SearchStop::kHorizon, candidate_.back().s_m, 0};
+  } else {
+    found_ =
+        planner_.plan(query, cycle.now, static_cast<int>(grant(cycle, config_.grant)), &candidate_);
+  }
+  const double max_mps =
+      std::min({config_.max_speed_mps, route_.route().next().speed_mps,
+                route_.knows_north(nav_) ? config_.max_speed_mps : config_.north_mps});
   // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
   // scan: the current path is kept while it is free, long enough and not clearly more expensive.
   const double rest_m = path_.empty() ? 0.0 : path_.back().s_m - path_[at_].s_m;
-  // Near its end a path is slow: the vehicle must be able to stop there.
-  const bool long_enough =
-      rest_m > std::max(config_.follow.keep_m, stopping_m(now.speed_mps) + kBeforeEnd_m);
-  const bool under_way = now.has_way && long_enough && path_local_utime_ == nav_.local_utime;
+  const bool under_way = now.has_way && !back && rest_m > long_enough_m(now.speed_mps) &&
+                         path_local_utime_ == nav_.local_utime;
   const bool keep =
       under_way && candidate_.size() > 1 &&
       planner_.cost_of_rest(query, path_, at_) < config_.follow.keep_cost * found_.cost;
   if (keep) {
     way_since_ = cycle.now;
-  } else if (candidate_.size() > 1) {
+  } else if (candidate_.size() > 1 || back) {
     std::swap(path_, candidate_);
     at_ = 0;
     steering_ = {};
@@ -448,9 +372,10 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
     report_.publish(
         cycle.now, event::kBgPathNone,
         "no path to waypoint {} of {}, distance {:.1f} m: following the last path while free",
-        route_.done() + 1, route_.size(),
+        route_.route().done() + 1, route_.route().size(),
         std::hypot(query.to.x_m - place().x_m, query.to.y_m - place().y_m));
-    cut_at_obstacles();
+    if (path_local_utime_ != nav_.local_utime) path_.clear();
+    cut_at_obstacles(at_, &path_);
     if (path_.size() < 2) return;
   }
   zones_.limit_speeds(&path_);
@@ -468,7 +393,9 @@ void BgNode::back_out(Stamp now, const Facts& facts) {
   if (leads_back_) {
     way_since_ = now;
     const bool out = leaves_obstacle_ && clearance() >= config_.shape.min_margin_m;
-    leads_back_ = !path_.empty() && path_local_utime_ == nav_.local_utime && !out &&
+    // A pose that was corrected meanwhile may have moved the vehicle off that path.
+    const bool off = std::abs(steering_.off_m) > config_.follow.max_lateral_deviation_m;
+    leads_back_ = !path_.empty() && path_local_utime_ == nav_.local_utime && !out && !off &&
                   !(steering_.at_end && at_rest) && facts.map_age <= config_.decide.map_loss;
     if (leads_back_) return;
     leaves_obstacle_ = false;
@@ -513,13 +440,13 @@ Start BgNode::start(double speed_mps) const {
   return {place(), direction, stop_m, required_.of(clearance())};
 }
 
-void BgNode::cut_at_obstacles() {
-  if (path_local_utime_ != nav_.local_utime) path_.clear();
+void BgNode::cut_at_obstacles(std::size_t at, Path* path) const {
   const double required_m = required_.of(clearance());
-  for (std::size_t k = at_; k < path_.size(); ++k) {
-    path_[k].clearance_m = planner_.body().clearance(obstacles_, path_[k].place);
-    if (path_[k].clearance_m < required_m && k > at_ + 1) {
-      path_.resize(k);
+  for (std::size_t k = at; k < path->size(); ++k) {
+    PathPoint& p = (*path)[k];
+    p.clearance_m = planner_.body().clearance(obstacles_, p.place);
+    if (p.clearance_m < required_m && k > at + 1) {
+      path->resize(k);
       return;
     }
   }
@@ -538,6 +465,12 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.curvature_1pm = steering_.curvature_1pm;
     if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
   }
+  // A path begins with the wheels turned: a vehicle that turns them while it drives off leaves a
+  // sharp turn by up to a metre.
+  const bool at_rest = std::abs(nav_.speed_mps) < config_.decide.rest_mps;
+  const bool turns_wheels =
+      at_rest && std::abs(drive_.curvature_1pm - curvature_1pm_) > kTurned_1pm;
+  if (turns_wheels) drive_.speed_mps = 0.0;
   // The brake is released at rest: close to an obstacle the free way does not limit the speed, as a
   // vehicle that is too close may move away.
   brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
@@ -546,7 +479,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.brake = 1;
   }
   leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
-                                   std::abs(nav_.speed_mps) < config_.decide.rest_mps);
+                                   at_rest && !turns_wheels);
   const double turn = config_.shape.curvature_rate * seconds(config_.period);
   curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
   drive_out_.publish(&drive_);
@@ -566,10 +499,16 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
         "path of {:.1f} m dropped: vehicle at rest for {:.1f} s, blocked by a nearby obstacle",
         path_.back().s_m, seconds(now - held_since_));
     planner_.bar(path_);
+    if (way_back_watch_.keeps()) way_back_watch_.leave(place());
     path_.clear();
     held_at_ = place();
     held_since_ = Stamp::max();
   }
+}
+
+// Near its end a path is slow: the vehicle must be able to stop there.
+double BgNode::long_enough_m(double speed_mps) const {
+  return std::max(config_.follow.keep_m, stopping_m(speed_mps) + kBeforeEnd_m);
 }
 
 double BgNode::stopping_m(double speed_mps) const {
@@ -625,7 +564,7 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
                       decision.line,
                       decision.reason,
                       0,
-                      route_.done()};
+                      route_.route().done()};
   emergency_stop_.describe(&status);
   subordinate_.report(now, status);
   if (decision.state == reported_state_) return;

@@ -12,12 +12,14 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/local_route_node.h"
 #include "modules/bg/planner.h"
 #include "modules/bg/required_clearance.h"
 #include "modules/bg/scan_watch.h"
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
 #include "modules/bg/unverified_ground.h"
+#include "modules/bg/way_back.h"
 #include "modules/bg/zone_node.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
@@ -47,29 +49,20 @@ class BgNode final : public Node {
   void check_zones();
   [[nodiscard]] double speed_share() const;
   void leave_trail();
-  void note_datum();
-  /// The rolling map of the route is no longer that of SP.
-  [[nodiscard]] bool in_other_map() const;
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
   /// Of the vehicle, on the last map.
   [[nodiscard]] double clearance() const;
-  [[nodiscard]] Goal goal();
-  /// The waypoint after it, if it exists and the vehicle may drive through.
-  [[nodiscard]] std::optional<Goal> onward_goal() const;
-  [[nodiscard]] Goal goal_of(const waypoint_t& w) const;
-  /// WM knows the frame of the route.
-  [[nodiscard]] bool knows_north() const { return !route_.in_world() || nav_.world_valid; }
-  void pass_waypoints();
-  [[nodiscard]] std::size_t next_place() const { return static_cast<std::size_t>(route_.done()); }
-  void mark_way_back();
+  /// Into candidate_, up to the first obstacle.
+  WayBackWatch::Along plan_way_back(double speed_mps, Stamp now);
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
   [[nodiscard]] Start start(double speed_mps) const;
   /// Leads back where no scan could be registered for a while, and out of an obstacle.
   void back_out(Stamp now, const Facts& facts);
   void lead_back(const Facts& facts);
-  void cut_at_obstacles();
+  void cut_at_obstacles(std::size_t at, Path* path) const;
+  [[nodiscard]] double long_enough_m(double speed_mps) const;
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
   /// Commands a speed from which the vehicle stops before any obstacle on its predicted way, or the
@@ -112,11 +105,9 @@ class BgNode final : public Node {
   RequiredClearance required_;
   Planner planner_;  // frame local
 
-  Route route_;
-  std::vector<Vec2> way_back_line_;  // frame local
-  std::optional<Vec3> datum_;        // of frame world of the route
-  bool other_world_ = false;         // WM has begun another frame world meanwhile
-  std::optional<Goal> ahead_;        // frame local: where to drive while the heading is unknown
+  LocalRoute route_;
+  std::vector<Vec2> way_back_;  // frame local
+  WayBackWatch way_back_watch_;
   std::string_view cannot_;
   EmergencyStop emergency_stop_;
 

@@ -136,7 +136,7 @@ void ZoneWatch::set(Position position, const Zone* zone) {
                      fence ? "the border of fence" : "keep-out", name);
       break;
     case Position::kInside:
-      fmt::format_to(out, "{} '{}'", fence ? "outside of fence" : "in keep-out", name);
+      fmt::format_to(out, "{} '{}'", forbidden_side(*zone), name);
       break;
   }
 }
@@ -158,9 +158,7 @@ std::string_view ZoneWatch::objection(const Route& route, const Nav& nav) {
     if (nearest.m >= 0.0) continue;
     objection_.clear();
     fmt::format_to(std::back_inserter(objection_), "command rejected: waypoint {} is {} '{}'",
-                   k + 1,
-                   nearest.zone->kind == ZoneKind::kFence ? "outside of fence" : "in keep-out",
-                   nearest.zone->name);
+                   k + 1, forbidden_side(*nearest.zone), nearest.zone->name);
     return objection_;
   }
   return "";

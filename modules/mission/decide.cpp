@@ -19,7 +19,7 @@ Decision decide(const Facts& f, const DecideParams& p) {
   }
   if (f.task == TaskKind::kUnknown || !f.cannot.empty()) {
     return row(__LINE__, Action::kHalt, Status::kError, "REFUSED",
-               f.cannot.empty() ? "task refused: its kind is unknown" : f.cannot);
+               f.cannot.empty() ? "command rejected: its kind is unknown" : f.cannot);
   }
   if (f.arrived && !f.returning) {
     return row(__LINE__, Action::kHalt, Status::kDone, "ARRIVED", "");
@@ -41,10 +41,6 @@ Decision decide(const Facts& f, const DecideParams& p) {
   if (!f.pose_valid) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "POSE_INVALID",
                "waiting because the world model has no valid pose");
-  }
-  if (!f.zone_kept) {
-    return row(__LINE__, Action::kHalt, Status::kExecuting, "ZONE",
-               "waiting because the vehicle may be outside of its fence or in a keep-out zone");
   }
   if (!f.operator_heard && p.operator_loss == OperatorLoss::kHold) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "OPERATOR_LOST",
@@ -68,7 +64,7 @@ Decision decide(const Facts& f, const DecideParams& p) {
   if (f.task == TaskKind::kReturn) {
     if (!f.can_return) {
       return row(__LINE__, Action::kHalt, Status::kError, "REFUSED",
-                 "task refused: no way back is known");
+                 "command rejected: no way back is known");
     }
     if (!may_return) {
       return row(__LINE__, Action::kHalt, Status::kExecuting, "CANNOT_RETURN",

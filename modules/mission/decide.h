@@ -29,7 +29,6 @@ struct Facts {
   bool emergency_stop = false;  ///< latched by BG
   bool pose_valid = false;
   bool world_known = true;  ///< the pose in frame world
-  bool zone_kept = true;    ///< the vehicle is provably inside of the fence
   /// Protection level over the alert limit of the task: of the position in frame world, and of that
   /// relative to the own map.
   double world_level = 0.0;

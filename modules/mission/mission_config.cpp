@@ -1,6 +1,7 @@
 #include "modules/mission/mission_config.h"
 
 #include "rcs/node/params/vehicle_tables.h"
+#include "rcs/zones/zone_params.h"
 
 namespace rcs::mission {
 namespace {
@@ -71,6 +72,7 @@ Result<MissionConfig> load_mission_config(const ParamFile& file) {
                                               : OperatorLoss::kContinue;
   read(file.root().table("mission").table("map"), &c.map);
   c.prior = read_prior_terrain(file);
+  c.zones = read_zones(file);
   if (Outcome read_all = file.finish(tables_but({"mission"})); !read_all) {
     return read_all.error();
   }

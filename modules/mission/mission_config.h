@@ -9,6 +9,7 @@
 #include "rcs/node/node.h"
 #include "rcs/node/params/params.h"
 #include "rcs/prior/prior_terrain.h"
+#include "rcs/zones/zone_file.h"
 
 namespace rcs::mission {
 
@@ -18,6 +19,7 @@ struct MissionConfig {
   Duration command_valid = from_seconds(2.5);  ///< of a command to BG
   PriorTerrainParams prior;
   double map_memory_bytes = 0.0;
+  GeodeticZones zones;
   RouteMapParams map;
   vj::RouteLimits limits;
   DecideParams decide;

@@ -9,24 +9,21 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
+#include "modules/mission/mission_issuer.h"
 #include "rcs/node/budget.h"
+#include "rcs/node/waypoint_check.h"
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
 
 namespace rcs::mission {
 namespace {
 
-constexpr char kIssuer[] = "mission";
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kAskAgain = from_seconds(2.0);
-constexpr Duration kNoAnswer = from_seconds(30.0);
-constexpr double kFarthest_m = 1e6;
-constexpr int kMostPlaces = 64;
-constexpr double kAround_m = 200.0;       // of the places of a task, where there is no map
+constexpr int kNavStates = 128;  // of a period of up to 1 s: the way is noted from all of them
 constexpr double kBlockedAhead_m = 12.0;  // where an obstacle is assumed that BG does not pass
 constexpr double kBlocked_m = 8.0;
 constexpr double kBegun_m = 4.0;  // places of the way back that are nearer are not driven to
-constexpr std::size_t kMostAsked = 900;
+constexpr double kStart_m = 0.5;  // radius of the start, where the way back ends
 
 TaskKind kind_of(const command_t& m) {
   switch (m.kind) {
@@ -47,27 +44,16 @@ TaskKind kind_of(const command_t& m) {
   }
 }
 
+/// Along waypoints of frame world.
+bool needs_route(TaskKind kind) { return kind == TaskKind::kVisit || kind == TaskKind::kFollow; }
+
 /// Why the content of a task cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {
-  const TaskKind kind = kind_of(m);
-  if (kind != TaskKind::kVisit && kind != TaskKind::kFollow) return "";
+  if (!needs_route(kind_of(m))) return "";
   if (m.frame != command_t::FRAME_WORLD) {
-    return "task refused: its places are not in frame world";
+    return "command rejected: the waypoints of a task are not in frame world";
   }
-  if (m.n < 1 || m.n > kMostPlaces) return "task refused: the number of places is not 1 to 64";
-  for (const waypoint_t& w : m.waypoint) {
-    const Vec3 p = from_message(w.p_m);
-    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
-      return "task refused: a place is not finite or is beyond 1000 km";
-    }
-    if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
-      return "task refused: the radius of a place is not 0.5 to 50 m";
-    }
-    if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
-      return "task refused: the speed to a place is not above 0 and up to 30 m/s";
-    }
-  }
-  return "";
+  return waypoint_objection(m);
 }
 
 std::int8_t message_status(Status status) {
@@ -84,24 +70,6 @@ std::int8_t message_status(Status status) {
   return status_t::STATUS_UNINITIALIZED;
 }
 
-std::int8_t message_verdict(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kChosen:
-      return route_t::VERDICT_CHOSEN;
-    case Verdict::kDearer:
-      return route_t::VERDICT_DEARER;
-    case Verdict::kAboveLimit:
-      return route_t::VERDICT_ABOVE_LIMIT;
-    case Verdict::kPending:
-      break;
-  }
-  return route_t::VERDICT_PENDING;
-}
-
-LocalFrame frame_at(const Vec3& datum_deg) {
-  return LocalFrame({radians(datum_deg.x()), radians(datum_deg.y()), {datum_deg.z()}});
-}
-
 }  // namespace
 
 MissionNode::MissionNode(const MissionConfig& config, Bus* bus, std::optional<RouteGround> ground)
@@ -110,16 +78,13 @@ MissionNode::MissionNode(const MissionConfig& config, Bus* bus, std::optional<Ro
       subordinate_(bus, config.info.name, channel::kMissionCommand, channel::kBgStop,
                    channel::kMissionStatus, {}),
       port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, kIssuer, {}),
-      nav_states_(bus, channel::kWmNavState, 1),
+      nav_states_(bus, channel::kWmNavState, kNavStates),
       integrities_(bus, channel::kWmIntegrity, 1),
-      predictions_(bus, channel::kWmPathUncertainty, 4),
-      queries_(bus, channel::kWmPathQuery),
-      routes_out_(bus, channel::kMissionRoutes),
-      report_(bus, config.info.name, kReportInterval),
-      ground_(std::move(ground)) {}
+      planner_(config, bus, std::move(ground)),
+      report_(bus, config.info.name, kReportInterval) {}
 
 std::vector<const InboxBase*> MissionNode::inboxes() const {
-  return {&subordinate_.inbox(), &port_.inbox(), &nav_states_, &integrities_, &predictions_};
+  return {&subordinate_.inbox(), &port_.inbox(), &nav_states_, &integrities_, &planner_.inbox()};
 }
 
 void MissionNode::run(const Cycle& cycle) {
@@ -131,8 +96,8 @@ void MissionNode::run(const Cycle& cycle) {
   if (bg != nullptr && port_.confirmed() && bg->issuer == kIssuer) {
     bg_route_.note(bg->waypoints_done);
   }
-  take_predictions();
-  note_way();
+  planner_.take_predictions();
+  check_zones();
   cycle.stages->mark("receive");
 
   const Decision decision = decide(facts(cycle.now), config_.decide);
@@ -151,13 +116,22 @@ void MissionNode::take_task() {
   task_of_ = m.task;
   issuer_ = m.issuer;
   cannot_ = objection(m);
+  zones_unchecked_ = true;
   places_done_ = 0;
   route_state_ = RouteState::kNone;
-  choice_.clear();
-  choosing_ = returning_ = on_way_back_ = false;
+  planner_.stop();
+  returning_ = on_way_back_ = false;
   bg_route_.clear();
   blocked_ = 0;
   above_since_ = Stamp::max();
+}
+
+// The position of a waypoint relative to zones is known from the first pose in frame world on.
+void MissionNode::check_zones() {
+  const command_t* const task = subordinate_.command();
+  if (!zones_unchecked_ || !world_valid_ || task == nullptr || !needs_route(kind_of(*task))) return;
+  zones_unchecked_ = false;
+  if (cannot_.empty()) cannot_ = planner_.objection(*task);
 }
 
 void MissionNode::take_nav(Stamp now) {
@@ -179,10 +153,12 @@ void MissionNode::take_nav(Stamp now) {
     gps_age_ = m.age_gps_us < 0 ? Duration::max() : Duration(m.age_gps_us);
     here_ = {from_message(m.p_rolling_vehicle_m), m.rolling_valid != 0 ? m.map_epoch : -1,
              T_world_vehicle.p, world_valid_};
+    note_way();
     const Vec3 datum(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);
     if (!world_valid_ || datum == datum_) continue;
     datum_ = datum;
-    T_map_world_ = ground_ ? LocalFrame(ground_->datum).from(frame_at(datum)) : Pose();
+    planner_.set_datum(datum);
+    zones_unchecked_ = true;
   }
   for (; !integrities_.empty(); integrities_.pop()) {
     const integrity_t& m = *integrities_.front();
@@ -198,19 +174,13 @@ void MissionNode::take_nav(Stamp now) {
 }
 
 void MissionNode::note_way() {
-  if (nav_arrival_ != Stamp::min() && pose_valid_ && !on_way_back_) way_.note(here_);
+  if (pose_valid_ && !on_way_back_) way_.note(here_);
 }
 
 double MissionNode::alert_limit_m() const {
   const command_t* const c = subordinate_.command();
   return c != nullptr && c->alert_limit_horizontal_m > 0.0 ? c->alert_limit_horizontal_m
                                                            : config_.limits.alert_limit_m;
-}
-
-Vec2 MissionNode::to_map(const Vec3& p_world) const { return (T_map_world_ * p_world).head<2>(); }
-
-Vec2 MissionNode::to_world(const Vec2& p_map) const {
-  return (T_map_world_.inverse() * Vec3(p_map.x(), p_map.y(), 0.0)).head<2>();
 }
 
 Facts MissionNode::facts(Stamp now) {
@@ -262,13 +232,13 @@ void MissionNode::act(const Decision& decision, Stamp now) {
       begin_route();
       return send(command_t::KIND_HALT, now);
     case Action::kSearch:
-      if (!choosing_) begin_route();
+      if (!planner_.searching()) begin_route();
       plan(now);
       return send(command_t::KIND_HALT, now);
     case Action::kDrive: {
       const bool gps = gps_age_ <= config_.gps_loss;
-      if (!choosing_ && chosen_with_gps_ && !gps) begin_route();
-      if (choosing_) plan(now);
+      if (!planner_.searching() && chosen_with_gps_ && !gps) begin_route();
+      if (planner_.searching()) plan(now);
       return send(command_t::KIND_GOTO, now);
     }
     case Action::kReturn: {
@@ -281,30 +251,13 @@ void MissionNode::act(const Decision& decision, Stamp now) {
   }
 }
 
+RoutePlanner::Query MissionNode::route_query() const {
+  return {*subordinate_.command(), places_done_, T_world_vehicle_.p, level_m_, alert_limit_m()};
+}
+
 void MissionNode::begin_route() {
-  const command_t& task = *subordinate_.command();
-  std::vector<Vec2> places = {to_map(T_world_vehicle_.p)};
-  for (std::size_t k = places_done_; k < task.waypoint.size(); ++k) {
-    places.push_back(to_map(from_message(task.waypoint[k].p_m)));
-  }
-  if (!ground_) {
-    Area area{places.front(), places.front()};
-    for (const Vec2& p : places) {
-      area.low_m = area.low_m.cwiseMin(p);
-      area.high_m = area.high_m.cwiseMax(p);
-    }
-    area.low_m -= Vec2::Constant(kAround_m);
-    area.high_m += Vec2::Constant(kAround_m);
-    open_ground_ = RouteMap(area, config_.map);
-  }
-  choosing_ = true;
-  asked_ = 0;
+  planner_.begin(route_query());
   if (route_state_ != RouteState::kChosen) route_state_ = RouteState::kSearching;
-  if (kind_of(task) == TaskKind::kFollow) {
-    choice_.prescribe(std::move(places), config_.speed_mps);
-  } else {
-    choice_.begin(std::move(places), config_.speed_mps);
-  }
 }
 
 void MissionNode::begin_towards_first_place(Stamp now) {
@@ -316,93 +269,25 @@ void MissionNode::begin_towards_first_place(Stamp now) {
 }
 
 void MissionNode::plan(Stamp now) {
-  if (choice_.searching()) {
-    choice_.search(map());
-    return;
-  }
-  const Candidate* const next = choice_.unpredicted();
-  if (next == nullptr) return choose(now);
-  if (asked_ != 0 && now - asked_since_ > kNoAnswer) {
-    choice_.predict(std::numeric_limits<double>::infinity());
-    asked_ = 0;
-    return;
-  }
-  if (asked_ == 0 || now - asked_at_ >= kAskAgain) ask(*next, now);
-}
-
-void MissionNode::ask(const Candidate& candidate, Stamp now) {
-  path_query_t query{};
-  query.utime = to_utime(now);
-  query.issuer = kIssuer;
-  if (asked_ == 0) {
-    asked_ = query.utime;
-    asked_since_ = now;
-  }
-  query.serial = asked_;
-  asked_at_ = now;
-  const std::size_t each = candidate.line.size() / kMostAsked + 1;
-  for (std::size_t k = 1; k < candidate.line.size(); ++k) {
-    if (k % each != 0 && k + 1 != candidate.line.size()) continue;
-    const Vec2 p = to_world(candidate.line[k]);
-    query.x_m.push_back(p.x());
-    query.y_m.push_back(p.y());
-  }
-  query.n = static_cast<std::int32_t>(query.x_m.size());
-  queries_.publish(&query);
-}
-
-void MissionNode::take_predictions() {
-  for (; !predictions_.empty(); predictions_.pop()) {
-    const path_uncertainty_t& m = *predictions_.front();
-    if (m.issuer != kIssuer || m.serial != asked_ || asked_ == 0) continue;
-    double sigma_m = std::numeric_limits<double>::infinity();
-    if (m.state == path_uncertainty_t::STATE_ANSWERED && m.n > 0) {
-      sigma_m = 0.0;
-      for (const float s : m.sigma_with_map_m) sigma_m = std::max<double>(sigma_m, s);
-      sigma_m = std::hypot(sigma_m, m.map_bias_sigma_m);
-    }
-    choice_.predict(std::isfinite(sigma_m) ? sigma_m : std::numeric_limits<double>::infinity());
-    asked_ = 0;
-  }
-}
-
-void MissionNode::choose(Stamp now) {
-  choosing_ = false;
-  vj::RouteLimits limits = config_.limits;
-  limits.alert_limit_m = alert_limit_m();
-  chosen_with_gps_ = gps_age_ <= config_.gps_loss;
-  if (!chosen_with_gps_) limits.gps_loss_probability = 1.0;
-  const Candidate* const best = choice_.choose(limits, chosen_with_gps_);
-  publish_routes(now);
-  if (best == nullptr) {
+  const bool gps = gps_age_ <= config_.gps_loss;
+  TaskRoute route;
+  const RoutePlanner::State state = planner_.step(route_query(), gps, now, &route);
+  if (state == RoutePlanner::State::kSearching) return;
+  chosen_with_gps_ = gps;
+  if (state == RoutePlanner::State::kImpossible) {
     route_state_ = RouteState::kImpossible;
     return;
   }
+  const Candidate& best = planner_.chosen();
   report_.publish(
       now, event::kMissionRoute,
       "route of {:.0f} m of {} candidates: {:.0f} s, largest level without GPS {:.1f} m "
       "of {:.1f} m, cost {:.0f} s",
-      best->forecast.length_m, choice_.candidates().size(), best->forecast.time_s,
-      best->value.level_m, limits.alert_limit_m, best->value.cost_s);
+      best.forecast.length_m, planner_.candidates(), best.forecast.time_s, best.value.level_m,
+      alert_limit_m(), best.value.cost_s);
   route_state_ = RouteState::kChosen;
-  const command_t& task = *subordinate_.command();
-  std::vector<RoutePlace> places;
-  place_ends_.clear();
-  std::size_t next = places_done_;
-  for (const Vec2& p_map : divided(best->line, config_.spacing_m)) {
-    const Vec2 p = to_world(p_map);
-    RoutePlace place{Vec3(p.x(), p.y(), 0.0), config_.corridor_m};
-    if (next < task.waypoint.size()) {
-      const Vec3 wanted = from_message(task.waypoint[next].p_m);
-      if ((wanted.head<2>() - p).norm() < 0.1) {
-        place = {wanted, task.waypoint[next].radius_m};
-        place_ends_.push_back(places.size() + 1);
-        ++next;
-      }
-    }
-    places.push_back(place);
-  }
-  bg_route_.begin(std::move(places));
+  bg_route_.begin(std::move(route.places));
+  place_ends_ = std::move(route.ends);
   rolling_ = on_way_back_ = false;
   task_ = to_utime(now);
 }
@@ -421,10 +306,11 @@ void MissionNode::begin_return(Stamp now) {
     }
     places.push_back({p, config_.way_back_m});
   }
+  if (to_the_start_ && !places.empty()) places.back().radius_m = kStart_m;
   bg_route_.begin(std::move(places));
   place_ends_.clear();
   on_way_back_ = true;
-  choosing_ = false;
+  planner_.stop();
   task_ = to_utime(now);
 }
 
@@ -436,7 +322,7 @@ void MissionNode::exclude_blocked(Stamp now) {
   const Vec2 at = T_world_vehicle_.p.head<2>() +
                   std::min(1.0, kBlockedAhead_m / std::max(0.1, way.norm())) * way;
   ++blocked_;
-  if (ground_) map().block(to_map(Vec3(at.x(), at.y(), 0.0)), kBlocked_m);
+  planner_.block(Vec3(at.x(), at.y(), 0.0), kBlocked_m);
   report_.publish(now, event::kMissionBlocked,
                   "BG found no path to place {} of {}: ground around E {:.0f} N {:.0f} m excluded",
                   bg_route_.done() + 1, bg_route_.places().size(), at.x(), at.y());
@@ -481,36 +367,6 @@ void MissionNode::send(std::int8_t kind, Stamp now) {
     command.waypoints.push_back(w);
   }
   port_.send(command, now);
-}
-
-void MissionNode::publish_routes(Stamp now) {
-  const command_t& task = *subordinate_.command();
-  routes_.utime = to_utime(now);
-  routes_.issuer = task.issuer;
-  routes_.serial = task.serial;
-  routes_.alert_limit_m = alert_limit_m();
-  routes_.gps = chosen_with_gps_ ? 1 : 0;
-  routes_.route.clear();
-  for (const Candidate& c : choice_.candidates()) {
-    route_t r{};
-    r.poverty_weight = c.poverty_weight;
-    r.verdict = message_verdict(c.verdict);
-    r.length_m = c.forecast.length_m;
-    r.time_s = c.forecast.time_s;
-    r.sigma_max_m = c.forecast.sigma_m;
-    r.level_max_m = c.value.level_m;
-    r.risk = c.value.risk;
-    r.cost_s = c.value.cost_s;
-    for (const Vec2& p_map : c.line) {
-      const Vec2 p = to_world(p_map);
-      r.x_m.push_back(p.x());
-      r.y_m.push_back(p.y());
-    }
-    r.n = static_cast<std::int32_t>(r.x_m.size());
-    routes_.route.push_back(std::move(r));
-  }
-  routes_.n = static_cast<std::int32_t>(routes_.route.size());
-  routes_out_.publish(&routes_);
 }
 
 void MissionNode::publish_status(const Decision& decision, Stamp now) {

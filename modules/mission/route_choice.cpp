@@ -17,12 +17,12 @@ void RouteChoice::begin(std::vector<Vec2> places, double speed_mps) {
   candidates_.clear();
 }
 
-void RouteChoice::prescribe(std::vector<Vec2> places, double speed_mps) {
+void RouteChoice::prescribe(const RouteMap& map, std::vector<Vec2> places, double speed_mps) {
   begin({}, speed_mps);
   Candidate c;
   c.line = std::move(places);
   c.forecast.length_m = length_m(c.line);
-  c.forecast.time_s = c.forecast.length_m / speed_mps;
+  c.forecast.time_s = driving_time_s(map, c.line, speed_mps);
   candidates_.push_back(std::move(c));
 }
 
@@ -45,7 +45,7 @@ bool RouteChoice::search(const RouteMap& map) {
   };
   if (std::none_of(candidates_.begin(), candidates_.end(), same)) {
     c.forecast.length_m = length_m(c.line);
-    c.forecast.time_s = c.forecast.length_m / speed_mps_;
+    c.forecast.time_s = driving_time_s(map, c.line, speed_mps_);
     candidates_.push_back(std::move(c));
   }
   return searching();

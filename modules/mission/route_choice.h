@@ -28,7 +28,7 @@ class RouteChoice {
   /// @param speed_mps  by which the time of a route is predicted
   void begin(std::vector<Vec2> places, double speed_mps);
   /// The only candidate is the line through these places.
-  void prescribe(std::vector<Vec2> places, double speed_mps);
+  void prescribe(const RouteMap& map, std::vector<Vec2> places, double speed_mps);
   void clear() { *this = RouteChoice(); }
 
   /// Searches one more candidate; candidates that hardly differ count as one.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "rcs/terrain/localizability.h"
 
@@ -10,6 +12,8 @@ namespace {
 
 constexpr double kSample_m = 1.0;
 constexpr int kMostCells = 4'000'000;
+// Of all speed zones. Those beyond are not regarded by routes; BG keeps their limits anyway.
+constexpr std::size_t kMostSlowCells = 20'000'000;
 
 }  // namespace
 
@@ -25,6 +29,7 @@ void RouteMap::size(const Area& area) {
   const auto cells = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   cost_.assign(cells, static_cast<float>(1.0 + params_.unknown));
   poverty_.assign(cells, 1.0F);
+  by_zones_.assign(cells, 1.0F);
 }
 
 RouteMap::RouteMap(const Area& area, const RouteMapParams& params) : params_(params) { size(area); }
@@ -84,6 +89,47 @@ float RouteMap::cost_of(const ElevationMap& map, const Vec2& centre) const {
   const double slope = std::atan(steepest) / params_.max_slope_rad;
   if (slope > 1.0 || largest_m > params_.ledge_m * step_m / kSample_m) return kNever;
   return static_cast<float>(1.0 + params_.slope * slope * slope);
+}
+
+ZoneWindow RouteMap::window(Cell first, Cell last) const {
+  return {params_.cell_m, first, last.i - first.i + 1, last.j - first.j + 1, 0.0, -low_m_};
+}
+
+void RouteMap::set_zones(const Zones& zones, double clearance_m, double speed_mps) {
+  std::fill(by_zones_.begin(), by_zones_.end(), 1.0F);
+  if (by_zones_.empty()) return;
+  std::size_t visited = 0;
+  for (const Zone& zone : zones.all()) {
+    if (zone.kind != ZoneKind::kSpeed || zone.speed_mps >= speed_mps) continue;
+    const auto factor = static_cast<float>(speed_mps / zone.speed_mps);
+    Zone inside = zone;
+    inside.kind = ZoneKind::kKeepOut;
+    const Zones alone({std::move(inside)});
+    for (const Zones::Part& part : alone.parts()) {
+      Cell first = cell_at(part.box.min());
+      Cell last = cell_at(part.box.max());
+      first = {std::max(first.i, 0), std::max(first.j, 0)};
+      last = {std::min(last.i, width_ - 1), std::min(last.j, height_ - 1)};
+      if (first.i > last.i || first.j > last.j) continue;
+      const ZoneWindow cells = window(first, last);
+      visited += static_cast<std::size_t>(cells.width) * static_cast<std::size_t>(cells.height);
+      if (visited > kMostSlowCells) break;
+      const std::vector<std::uint8_t>& slow = raster_.forbidden(alone, cells, 0.0);
+      for (int j = 0; j < cells.height; ++j) {
+        for (int i = 0; i < cells.width; ++i) {
+          if (slow[static_cast<std::size_t>(j * cells.width + i)] == 0) continue;
+          float& by = by_zones_[index({first.i + i, first.j + j})];
+          by = std::max(by, factor);
+        }
+      }
+    }
+  }
+  if (!zones.forbids()) return;
+  const std::vector<std::uint8_t>& forbidden =
+      raster_.forbidden(zones, window({0, 0}, {width_ - 1, height_ - 1}), clearance_m);
+  for (std::size_t k = 0; k < by_zones_.size(); ++k) {
+    if (forbidden[k] != 0) by_zones_[k] = kNever;
+  }
 }
 
 void RouteMap::block(const Vec2& p_map, double radius_m) {

@@ -8,6 +8,8 @@
 #include "rcs/base/grid.h"
 #include "rcs/base/linear.h"
 #include "rcs/terrain/elevation_map.h"
+#include "rcs/zones/zone_raster.h"
+#include "rcs/zones/zones.h"
 
 namespace rcs::mission {
 
@@ -44,10 +46,24 @@ class RouteMap {
   [[nodiscard]] Cell cell_at(const Vec2& p_map) const;
   [[nodiscard]] Vec2 centre(Cell c) const;
 
-  /// Of a metre in the cell, at least 1; infinite: impassable, or outside.
-  [[nodiscard]] float cost(Cell c) const { return contains(c) ? cost_[index(c)] : kNever; }
+  /// Of a metre in the cell, at least 1; infinite: impassable, forbidden, or outside.
+  [[nodiscard]] float cost(Cell c) const {
+    return contains(c) ? cost_[index(c)] * by_zones_[index(c)] : kNever;
+  }
+  /// Factor of the time that a metre in the cell takes, because of a speed zone: at least 1.
+  [[nodiscard]] float slowness(Cell c) const {
+    const float factor = contains(c) ? by_zones_[index(c)] : 1.0F;
+    return factor < kNever ? factor : 1.0F;
+  }
   /// How little a scan matched to the map tells there: 0 as much as anywhere, 1 nothing.
   [[nodiscard]] float poverty(Cell c) const { return contains(c) ? poverty_[index(c)] : 1.0F; }
+
+  /// Cells with less clearance from forbidden ground are impassable, and those in speed zones cost
+  /// the time that they take. Replaces the zones set before.
+  /// @param zones        in the frame of the map
+  /// @param clearance_m  of the centre of a cell; may be negative
+  /// @param speed_mps    outside of speed zones
+  void set_zones(const Zones& zones, double clearance_m, double speed_mps);
 
   /// What was found to be impassable, e.g. where BG found no path.
   void block(const Vec2& p_map, double radius_m);
@@ -60,6 +76,7 @@ class RouteMap {
            static_cast<std::size_t>(c.i);
   }
   void size(const Area& area);
+  [[nodiscard]] ZoneWindow window(Cell first, Cell last) const;
   [[nodiscard]] float cost_of(const ElevationMap& map, const Vec2& centre) const;
 
   RouteMapParams params_;
@@ -68,6 +85,8 @@ class RouteMap {
   int height_ = 0;
   std::vector<float> cost_;
   std::vector<float> poverty_;
+  std::vector<float> by_zones_;  // factor of the cost
+  ZoneRaster raster_;
 };
 
 }  // namespace rcs::mission

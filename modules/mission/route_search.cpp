@@ -149,6 +149,19 @@ double length_m(const RouteLine& line) {
   return sum;
 }
 
+double driving_time_s(const RouteMap& map, const RouteLine& line, double speed_mps) {
+  double sum = 0.0;
+  for (std::size_t k = 1; k < line.size(); ++k) {
+    const Vec2 way = line[k] - line[k - 1];
+    const int n = std::max(1, static_cast<int>(std::ceil(2.0 * way.norm() / map.cell_m())));
+    for (int s = 0; s < n; ++s) {
+      const Cell c = map.cell_at(line[k - 1] + (s + 0.5) / n * way);
+      sum += map.slowness(c) * way.norm() / n / speed_mps;
+    }
+  }
+  return sum;
+}
+
 double distance_m(const RouteLine& a, const RouteLine& b) {
   constexpr double kEach_m = 10.0;
   double largest = 0.0;

@@ -33,6 +33,9 @@ class RouteSearch {
 
 [[nodiscard]] double length_m(const RouteLine& line);
 
+/// At this speed, and slower in speed zones.
+[[nodiscard]] double driving_time_s(const RouteMap& map, const RouteLine& line, double speed_mps);
+
 /// The largest distance of a place of `a` to `b`: whether two candidates differ.
 [[nodiscard]] double distance_m(const RouteLine& a, const RouteLine& b);
 

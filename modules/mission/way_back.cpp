@@ -5,8 +5,9 @@
 namespace rcs::mission {
 namespace {
 
-constexpr double kSamePlace_m = 3.0;  // of a way that the vehicle has driven before
-constexpr std::size_t kLoop = 7;      // places between two passes of the same place, at least
+// Two passes of the same place, on a loop or where the vehicle has backed: the vehicle, which is
+// wider, has driven over all ground between them.
+constexpr double kSamePlace_m = 1.0;
 constexpr std::size_t kMostInPart = 4000;
 
 }  // namespace
@@ -41,9 +42,11 @@ WayPart WayBack::first_part(std::int32_t epoch) const {
     if (at == 0) break;
     // The oldest pass of this place cuts off all loops between.
     std::size_t next = at - 1;
-    for (std::size_t older = 0; older + kLoop < at; ++older) {
+    for (std::size_t older = 0; older + 1 < at; ++older) {
       if (distance_m(crumbs_[older], here) > kSamePlace_m) continue;
       next = older;
+      // Of two passes of the same place one is enough.
+      if (distance_m(crumbs_[older], here) < 0.5 * kEach_m) part.places.pop_back();
       break;
     }
     at = next;

@@ -28,8 +28,10 @@ struct WayPart {
 
 class WayBack {
  public:
-  static constexpr double kEach_m = 3.0;
-  static constexpr std::size_t kMost = 10'000;  ///< 30 km; then each second one is kept
+  /// The vehicle turns by at most 15 degrees between two of them, so that a curve through them is
+  /// that which it drove.
+  static constexpr double kEach_m = 1.5;
+  static constexpr std::size_t kMost = 20'000;  ///< 30 km; then each second one is kept
 
   WayBack() { crumbs_.reserve(kMost); }
 

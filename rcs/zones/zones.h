@@ -32,6 +32,11 @@ struct Zone {
   std::vector<ZonePolygon> polygons;  ///< they may overlap
 };
 
+/// On which side of its border a fence or a keep-out forbids: for texts that name it.
+[[nodiscard]] inline const char* forbidden_side(const Zone& zone) {
+  return zone.kind == ZoneKind::kFence ? "outside of fence" : "in keep-out";
+}
+
 /// Distance to what is forbidden.
 struct ZoneClearance {
   double m = 0.0;              ///< negative: the position is forbidden
@@ -47,6 +52,7 @@ class Zones {
   explicit Zones(std::vector<Zone> zones);
 
   [[nodiscard]] bool empty() const { return zones_.empty(); }
+  [[nodiscard]] const std::vector<Zone>& all() const { return zones_; }
   /// There is a fence or a keep-out.
   [[nodiscard]] bool forbids() const { return has_fence_ || has_keep_out_; }
 

@@ -123,7 +123,7 @@ TEST(Route, AnInvalidCommandIsRejectedAndClearsTheRoute) {
     return m;
   };
   EXPECT_TRUE(refused(order(0, 1)));
-  EXPECT_TRUE(refused(order(Route::kMaxWaypoints + 1, 1)));
+  EXPECT_TRUE(refused(order(kMaxWaypoints + 1, 1)));
   EXPECT_TRUE(refused(with([](command_t* m) { m->frame = 9; })));
   EXPECT_TRUE(refused(with([](command_t* m) { m->waypoints_done = -1; })));
   EXPECT_TRUE(refused(with([](command_t* m) { m->waypoints_done = 4; })));

@@ -39,9 +39,6 @@ TEST(MissionDecide, EveryLossHasARow) {
   f.wm_age = from_seconds(1.0);
   EXPECT_EQ(state(f), "WM_SILENT");
   f = all_is_well();
-  f.zone_kept = false;
-  EXPECT_EQ(state(f), "ZONE");
-  f = all_is_well();
   f.gps = false;
   EXPECT_EQ(state(f), "DRIVING_NO_GPS");
   f.world_level = 1.2;
@@ -99,13 +96,12 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
   for (int k = 0; k < 1'000'000; ++k) {
     Facts f;
     f.task = static_cast<TaskKind>(rng() % 6);
-    f.cannot = rng() % 8 == 0 ? "task refused: a test" : "";
+    f.cannot = rng() % 8 == 0 ? "command rejected: a test" : "";
     f.operator_heard = coin();
     f.wm_age = from_seconds(coin() ? 0.1 : 1.0);
     f.bg_age = from_seconds(coin() ? 0.1 : 1.0);
     f.emergency_stop = rng() % 8 == 0;
     f.pose_valid = rng() % 8 != 0;
-    f.zone_kept = rng() % 8 != 0;
     f.world_known = rng() % 8 != 0;
     f.world_level = coin() ? 0.5 : 1.5;
     f.own_map_level = coin() ? 0.5 : 1.5;
@@ -125,7 +121,7 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
     ASSERT_EQ(d.status == Status::kError && d.reason.empty(), false) << d.state;
     const bool moves = d.action == Action::kDrive || d.action == Action::kReturn;
     if (!moves) continue;
-    ASSERT_TRUE(f.cannot.empty() && f.pose_valid && f.zone_kept && !f.emergency_stop);
+    ASSERT_TRUE(f.cannot.empty() && f.pose_valid && !f.emergency_stop);
     ASSERT_LT(seconds(f.wm_age), 0.5);
     ASSERT_LT(seconds(f.bg_age), 0.5);
     ASSERT_NE(f.task, TaskKind::kNone);
@@ -140,7 +136,7 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
       ASSERT_TRUE(f.can_return);
     }
   }
-  EXPECT_EQ(rows.size(), 25U) << "a row that no facts reach";
+  EXPECT_EQ(rows.size(), 24U) << "a row that no facts reach";
 }
 
 }  // namespace

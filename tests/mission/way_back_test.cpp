@@ -17,7 +17,7 @@ TEST(WayBack, LeadsFromHereToTheStart) {
   for (double x = 0.0; x <= 300.0; x += 0.5) way.note(at(x, 0.0));
   const WayPart part = way.first_part(3);
   ASSERT_TRUE(part.rolling);
-  ASSERT_EQ(part.places.size(), 101U);
+  ASSERT_EQ(part.places.size(), 201U);
   EXPECT_EQ(part.places.front(), Vec3(300.0, 0.0, 0.0));
   EXPECT_EQ(part.places.back(), Vec3(0.0, 0.0, 0.0));
 }
@@ -35,6 +35,18 @@ TEST(WayBack, LoopsAreLeftOut) {
     length += (part.places[k] - part.places[k - 1]).norm();
   }
   EXPECT_NEAR(length, 200.0, 8.0);
+  EXPECT_EQ(part.places.back(), Vec3(0.0, 0.0, 0.0));
+}
+
+TEST(WayBack, ReversalsAreLeftOut) {
+  WayBack way;
+  for (double x = 0.0; x <= 60.0; x += 0.5) way.note(at(x, 0.0));
+  for (double x = 60.0; x >= 52.0; x -= 0.5) way.note(at(x, 0.3));
+  for (double x = 52.0; x <= 100.0; x += 0.5) way.note(at(x, 0.1));
+  const WayPart part = way.first_part(3);
+  for (std::size_t k = 1; k < part.places.size(); ++k) {
+    EXPECT_LT(part.places[k].x(), part.places[k - 1].x()) << k;
+  }
   EXPECT_EQ(part.places.back(), Vec3(0.0, 0.0, 0.0));
 }
 
@@ -63,7 +75,7 @@ TEST(WayBack, TheWayThatWasDrivenBackIsForgotten) {
   WayBack way;
   for (double x = 0.0; x <= 300.0; x += 1.0) way.note(at(x, 0.0));
   EXPECT_NEAR(way.cut(at(151.0, 2.0)), std::hypot(1.0, 2.0), 1e-9);
-  EXPECT_EQ(way.first_part(3).places.front(), Vec3(150.0, 0.0, 0.0));
+  EXPECT_EQ(way.first_part(3).places.front(), Vec3(152.0, 0.0, 0.0));
 }
 
 TEST(WayBack, ALongWayKeepsItsStart) {

@@ -93,9 +93,10 @@ class ZoneDrive : public testing::Test {
     zones_ = drawn->in_world(world);
   }
 
-  Outcome drive(bool with_zones) {
+  Outcome drive(bool with_zones, driving::Level level = driving::Level::kBg) {
     Outcome out;
     driving::ClosedLoopOptions options;
+    options.level = level;
     options.vehicle_config = source_path("config/demo3.toml");
     if (with_zones) options.more_config = "zones = \"" + path_ + "\"\n";
     out.run = driving::run_closed_loop(scenario_, options,
@@ -141,7 +142,23 @@ TEST_F(ZoneDrive, AKeepOutAcrossTheWayIsNeverEnteredByTheTruePosition) {
   }
 }
 
-// Otherwise the test above would show nothing.
+TEST_F(ZoneDrive, TheVehicleLevelRoutesAroundIt) {
+  const Outcome out = drive(true, driving::Level::kVisit);
+  EXPECT_TRUE(out.run.done) << out.run.state << ": " << out.run.reason;
+  EXPECT_EQ(out.run.reached, 1);
+  EXPECT_GT(out.least_m, 3.0) << "the route keeps the alert limit from it";
+}
+
+TEST_F(ZoneDrive, ATaskIntoAKeepOutIsRefusedByTheNameOfTheZone) {
+  scenario_.course.waypoints_world = {{0.0, 0.0}, {20.0, 0.0}, {50.0, 0.0}};
+  scenario_.duration_s = 20.0;
+  const Outcome out = drive(true, driving::Level::kVisit);
+  EXPECT_FALSE(out.run.done);
+  EXPECT_EQ(out.run.state, "REFUSED");
+  EXPECT_EQ(out.run.reason, "command rejected: waypoint 2 is in keep-out 'pond'");
+}
+
+// Otherwise the tests above would show nothing.
 TEST_F(ZoneDrive, WithoutZonesTheSameDriveCrossesIt) {
   const Outcome out = drive(false);
   EXPECT_TRUE(out.run.done) << out.run.state << ": " << out.run.reason;

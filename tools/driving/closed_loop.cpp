@@ -319,6 +319,8 @@ WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp tur
                                  [&](const ClosedLoopSample& s) { return s.stamp >= turned_at; });
   if (turn == trace.begin() || turn == trace.end()) return out;
   const auto place = [](const ClosedLoopSample& s) { return Vec2(s.T_world_vehicle.p.head<2>()); };
+  constexpr double kOnTheWay_m = 0.3;
+  bool on_the_way = false;
   double squares = 0.0;
   int samples = 0;
   for (auto s = turn + 1; s != trace.end(); ++s) {
@@ -333,6 +335,9 @@ WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp tur
                            : 0.0;
       nearest = std::min(nearest, (place(*s) - place(*o) - t * d).norm());
     }
+    // It turns round beside the way first.
+    on_the_way = on_the_way || nearest < kOnTheWay_m;
+    if (!on_the_way) continue;
     squares += nearest * nearest;
     ++samples;
     out.lateral_max_m = std::max(out.lateral_max_m, nearest);

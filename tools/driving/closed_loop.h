@@ -74,7 +74,7 @@ struct ClosedLoopPlan {
 /// The way back against the way out, both true.
 struct WayBackOutcome {
   double length_m = 0.0;       ///< of the way back; 0: there was none
-  double lateral_rms_m = 0.0;  ///< distance from the way out
+  double lateral_rms_m = 0.0;  ///< distance from the way out, from the first place on it on
   double lateral_max_m = 0.0;
   double end_m = 0.0;  ///< from its start, at the end
 };

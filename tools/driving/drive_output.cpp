@@ -194,8 +194,8 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
   if (back) {
     t.note +=
         " back: length of the way back. lateral, max: RMS and largest distance of the true way "
-        "back "
-        "from the true way out. end: distance of its end from the start.";
+        "back from the true way out, once the vehicle has turned round and is on it. end: distance "
+        "of its end from the start.";
   }
   if (alerts) {
     t.note +=

@@ -1,0 +1,112 @@
+#pragma once
+// The search of a route in the shell of the vehicle level: asks WM for the uncertainty along the
+// candidates, and publishes them with their values.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/path_query_t.hpp"
+#include "lcmtypes/rcs/path_uncertainty_t.hpp"
+#include "lcmtypes/rcs/routes_t.hpp"
+#include "modules/mission/bg_route.h"
+#include "modules/mission/mission_config.h"
+#include "modules/mission/route_choice.h"
+#include "rcs/base/geodesy.h"
+#include "rcs/base/pose.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::mission {
+
+/// The a priori map of routes, and where it lies.
+struct RouteGround {
+  RouteMap map;
+  Geodetic datum;
+};
+
+/// A route of a task, in frame world.
+struct TaskRoute {
+  std::vector<RoutePlace> places;
+  std::vector<std::size_t> ends;  ///< of the waypoints of the task: one past their place
+};
+
+class RoutePlanner {
+ public:
+  /// What is searched.
+  struct Query {
+    const command_t& task;
+    std::size_t done;  ///< waypoints
+    Vec3 from;         ///< frame world
+    double level_m;    ///< horizontal protection level there; infinite: none
+    double alert_limit_m;
+  };
+  enum class State { kIdle, kSearching, kChosen, kImpossible };
+
+  /// @param ground  absent: no a priori map, the ground is open
+  RoutePlanner(const MissionConfig& config, Bus* bus, std::optional<RouteGround> ground);
+
+  [[nodiscard]] const InboxBase& inbox() const { return predictions_; }
+
+  /// Of frame world, from now on: latitude, longitude [deg], height [m]. Call it before all others.
+  void set_datum(const Vec3& datum_deg);
+
+  /// Why zones forbid a task; empty: they do not. Valid until the next call.
+  [[nodiscard]] std::string_view objection(const command_t& task);
+
+  void begin(const Query& query);
+  void stop() { state_ = State::kIdle; }
+  [[nodiscard]] bool searching() const { return state_ == State::kSearching; }
+
+  /// Takes the answers of WM.
+  void take_predictions();
+  /// Searches one candidate, or asks WM about one; chooses when all are known.
+  /// @param gps  received
+  /// @param route  set with kChosen
+  State step(const Query& query, bool gps, Stamp now, TaskRoute* route);
+
+  /// BG found no path there: routes avoid it from now on.
+  void block(const Vec3& p_world, double radius_m);
+
+  /// Report texts of the last choice.
+  [[nodiscard]] const Candidate& chosen() const { return *chosen_; }
+  [[nodiscard]] std::size_t candidates() const { return choice_.candidates().size(); }
+
+ private:
+  [[nodiscard]] Vec2 to_map(const Vec3& p_world) const;
+  [[nodiscard]] Vec2 to_world(const Vec2& p_map) const;
+  /// The map of the search: the a priori map, or open ground around the task.
+  [[nodiscard]] RouteMap& map() { return ground_ ? ground_->map : open_ground_; }
+  void begin_search();
+  void ask(const Candidate& candidate, Stamp now);
+  void publish(const Query& query, bool gps, Stamp now);
+  [[nodiscard]] TaskRoute route_of(const Candidate& candidate, const Query& query) const;
+
+  MissionConfig config_;
+  Inbox<path_uncertainty_t> predictions_;
+  Outbox<path_query_t> queries_;
+  Outbox<routes_t> routes_out_;
+  std::optional<RouteGround> ground_;
+  RouteMap open_ground_;
+  Pose T_map_world_;
+  Zones zones_;  // frame of the map
+  std::string objection_;
+
+  State state_ = State::kIdle;
+  RouteChoice choice_;
+  const Candidate* chosen_ = nullptr;
+  std::vector<Vec2> places_;
+  bool prescribed_ = false;
+  double clearance_m_ = 0.0;        // from forbidden ground
+  double least_clearance_m_ = 0.0;  // if there is no route with the usual one
+  Stamp asked_at_ = Stamp::min();
+  Stamp asked_since_ = Stamp::min();
+  std::int64_t asked_ = 0;  // serial of the query; 0: none
+  routes_t routes_{};
+};
+
+}  // namespace rcs::mission
