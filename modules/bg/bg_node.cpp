@@ -12,7 +12,6 @@ namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
-constexpr double kTurned_1pm = 0.04;                        // wheels, of the curvature commanded
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
@@ -196,7 +195,9 @@ void BgNode::take_map(const Cycle& cycle) {
     }
     const Stamp scan = from_utime(m->utime);
     const Scans scans = scan_watch_.update(scan, nav_.stamp);
-    if (trail_local_utime_ == m->local_utime) {
+    const bool in_frame = trail_local_utime_ == m->local_utime;
+    const double before_m = clearance();
+    if (in_frame) {
       trail_.mark(config_.shape, &terrain_);
       if (route_.route().map_epoch()) {
         // Before the marks of what is hidden, unverified or forbidden, which remain.
@@ -207,22 +208,22 @@ void BgNode::take_map(const Cycle& cycle) {
       hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), scans == Scans::kNew,
                    &terrain_);
       unverified_.mark(place(), scans, &terrain_);
-      zones_.mark(place(), &terrain_);
-    } else {
-      zones_.unmark();
     }
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
     // Now, and not with the next plan: the free way is limited in every cycle.
-    const double before_m = clearance();
     obstacles_.compute(terrain_, config_.weights);
+    if (in_frame) {
+      planner_.note(place(), terrain_, obstacles_);
+      zones_.mark(place(), &terrain_);
+      if (zones_.forbids()) obstacles_.compute(terrain_, config_.weights);
+    } else {
+      zones_.unmark();
+    }
     if (other_frame) {
       required_.begin(clearance());
     } else {
       required_.map_changed(before_m, clearance());
-    }
-    if (trail_local_utime_ == m->local_utime) {
-      planner_.note(place(), terrain_, obstacles_);
     }
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
@@ -338,8 +339,12 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way || leads_back_) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
-  const Planner::Query query{terrain_, obstacles_, start(now.speed_mps), route_.goal(nav_, place()),
-                             route_.onward_goal(nav_)};
+  const Planner::Query query{terrain_,
+                             obstacles_,
+                             start(now.speed_mps),
+                             route_.goal(nav_, place()),
+                             route_.onward_goal(nav_),
+                             zones_.forbidden(planner_.remembered(), planner_.body().radius_m())};
   const bool back = plan_way_back(now.speed_mps, cycle.now) != WayBackWatch::Along::kNo;
   if (back) {
     found_ = {SearchStop::kHorizon, candidate_.back().s_m, 0};
@@ -465,12 +470,6 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.curvature_1pm = steering_.curvature_1pm;
     if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
   }
-  // A path begins with the wheels turned: a vehicle that turns them while it drives off leaves a
-  // sharp turn by up to a metre.
-  const bool at_rest = std::abs(nav_.speed_mps) < config_.decide.rest_mps;
-  const bool turns_wheels =
-      at_rest && std::abs(drive_.curvature_1pm - curvature_1pm_) > kTurned_1pm;
-  if (turns_wheels) drive_.speed_mps = 0.0;
   // The brake is released at rest: close to an obstacle the free way does not limit the speed, as a
   // vehicle that is too close may move away.
   brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
@@ -479,7 +478,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.brake = 1;
   }
   leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
-                                   at_rest && !turns_wheels);
+                                   std::abs(nav_.speed_mps) < config_.decide.rest_mps);
   const double turn = config_.shape.curvature_rate * seconds(config_.period);
   curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
   drive_out_.publish(&drive_);

@@ -1,7 +1,9 @@
 #pragma once
 // Paths to goals over the terrain that WM publishes now and the ground that was seen before.
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "modules/bg/cost_field.h"
 #include "modules/bg/obstacle_distance.h"
@@ -22,6 +24,8 @@ class Planner {
     Start start;
     Goal to;
     std::optional<Goal> onward;  ///< the goal after it, if the vehicle need not stop between them
+    /// Cells of the remembered ground, see FarCost::compute().
+    const std::vector<std::uint8_t>* forbidden = nullptr;
   };
 
   /// @param near_goal_m  a goal that is occupied, or seems so, is reached at this distance more
@@ -33,6 +37,7 @@ class Planner {
     remembered_.note(vehicle, terrain, obstacles, weights_,
                      search_.body().radius_m() + shape_.min_margin_m);
   }
+  [[nodiscard]] const RememberedGround& remembered() const { return remembered_; }
   /// Another frame local has begun.
   void forget() { remembered_.clear(); }
   /// A task begins: the time for which its goal has been enclosed counts from now on.

@@ -8,16 +8,14 @@
 namespace rcs::bg {
 namespace {
 
-constexpr int kCells = 256;
+constexpr int kCells = RememberedGround::kCells;
+constexpr double kCell_m = RememberedGround::kCell_m;
 constexpr std::size_t kRow = kCells + 2;
 constexpr float kBucket = 0.2F;         // cost: a quarter of the cheapest cell
 constexpr std::size_t kBuckets = 8192;  // more than the most expensive cell costs diagonally
 constexpr std::int32_t kNone = -1;
 
 std::size_t bucket_of(float cost) { return static_cast<std::size_t>(cost / kBucket) % kBuckets; }
-// Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
-// even a thin wall is blocked over two cells or more, and no path leads through it diagonally.
-constexpr double kCell_m = 0.8;
 // A way out of the terrain and back into it must not be cheaper than the path through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
@@ -122,7 +120,7 @@ float FarCost::solve(std::size_t cell) const {
   return std::min(corner, 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart)));
 }
 
-void FarCost::begin(const Grid<float>& per_m) {
+void FarCost::begin(const Grid<float>& per_m, const std::vector<std::uint8_t>* forbidden) {
   computed_ = true;
   origin_ = per_m.origin();
   std::fill(offered_.begin(), offered_.end(), kFar);
@@ -132,7 +130,11 @@ void FarCost::begin(const Grid<float>& per_m) {
     for (int i = 0; i < kCells; ++i) {
       const Cell c{origin_.i + i, origin_.j + j};
       const float seen = per_m.at(c);
-      step_[index_of(c)] = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
+      float cost = seen > 0.0F ? seen : float{kUnseen};
+      if (forbidden != nullptr && (*forbidden)[static_cast<std::size_t>(j * kCells + i)] != 0) {
+        cost = RememberedGround::kBlocked;
+      }
+      step_[index_of(c)] = static_cast<float>(kCell_m) * cost;
       way_[index_of(c)] = Way::kOpen;
     }
   }
@@ -155,10 +157,11 @@ void FarCost::accept(std::size_t cell) {
   accepted_[cell] = offered_[cell];
 }
 
-void FarCost::compute(const RememberedGround& ground, const Goal& goal) {
+void FarCost::compute(const RememberedGround& ground, const Goal& goal,
+                      const std::vector<std::uint8_t>* forbidden) {
   const Grid<float>& per_m = ground.per_m();
   goal_ = goal;
-  begin(per_m);
+  begin(per_m, forbidden);
   const bool inside = per_m.contains(per_m.cell_at(goal.x_m, goal.y_m));
   for (int j = 0; j < kCells; ++j) {
     for (int i = 0; i < kCells; ++i) {

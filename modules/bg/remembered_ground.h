@@ -43,6 +43,11 @@ class RememberedGround {
   [[nodiscard]] const Grid<float>& per_m() const { return per_m_; }
 
   static constexpr float kBlocked = 1000.0F;  ///< a way around is preferred
+  static constexpr int kCells = 256;          ///< of a side of the window
+  /// Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so
+  /// that even a thin wall is blocked over two cells or more, and no path leads through it
+  /// diagonally.
+  static constexpr double kCell_m = 0.8;
 
  private:
   void mark_driven(const Place& vehicle);
@@ -59,7 +64,10 @@ class FarCost {
 
   /// Fast marching (Sethian 1996): ground that was never seen costs kUnseen a metre, ground where
   /// the vehicle cannot stand so much that every way around it is preferred.
-  void compute(const RememberedGround& ground, const Goal& goal);
+  /// @param forbidden  cells of the window, row by row, where the vehicle must not stand whatever
+  ///   the ground is; null: none
+  void compute(const RememberedGround& ground, const Goal& goal,
+               const std::vector<std::uint8_t>* forbidden = nullptr);
 
   /// Of the last compute(), in metres of easy ground; outside the window, and before the first
   /// compute(), kUnseen times the straight distance.
@@ -85,7 +93,7 @@ class FarCost {
   [[nodiscard]] std::size_t index_of(Cell c) const;
   /// None outside the window, and before the first compute().
   [[nodiscard]] std::optional<std::size_t> cell_at(double x_m, double y_m) const;
-  void begin(const Grid<float>& per_m);
+  void begin(const Grid<float>& per_m, const std::vector<std::uint8_t>* forbidden);
   void offer(std::size_t cell, float cost);
   void march();
   void accept(std::size_t cell);

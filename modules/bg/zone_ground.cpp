@@ -60,6 +60,21 @@ void ZoneGround::mark(const Zones& zones, const ZoneWindow& window, double requi
   }
 }
 
+const std::vector<std::uint8_t>& ZoneGround::forbidden(const Zones& zones,
+                                                       const LocalFromWorld& frame,
+                                                       const ZoneGuard& guard,
+                                                       const RememberedGround& ground,
+                                                       double body_m) {
+  constexpr int kCells = RememberedGround::kCells;
+  const ZoneWindow window{RememberedGround::kCell_m,
+                          ground.per_m().origin(),
+                          kCells,
+                          kCells,
+                          frame.yaw_rad,
+                          frame.origin_m};
+  return far_raster_.forbidden(zones, window, guard.required_m() + body_m);
+}
+
 void limit_speeds(const Zones& zones, const LocalFromWorld& frame, double margin_m, Path* path) {
   for (PathPoint& p : *path) {
     const Place in_world = frame.to_world(p.place);

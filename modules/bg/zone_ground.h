@@ -2,8 +2,12 @@
 // Operating zones in frame local: forbidden ground is an obstacle of the terrain, and speed zones
 // limit the speed along a path.
 
+#include <cstdint>
+#include <vector>
+
 #include "modules/bg/body.h"
 #include "modules/bg/path.h"
+#include "modules/bg/remembered_ground.h"
 #include "modules/bg/zone_guard.h"
 #include "modules/vj/traversal_cost.h"
 #include "rcs/zones/zone_raster.h"
@@ -30,12 +34,21 @@ class ZoneGround {
   void mark(const Zones& zones, const LocalFromWorld& frame, const ZoneGuard& guard,
             const Place& vehicle, vj::Terrain* terrain);
 
+  /// Cells of the remembered ground, row by row, in which the centre of the vehicle would be nearer
+  /// to forbidden ground than the guard requires. They are not remembered: the frames move relative
+  /// to one another, and the level changes.
+  /// @param body_m  radius around that centre
+  const std::vector<std::uint8_t>& forbidden(const Zones& zones, const LocalFromWorld& frame,
+                                             const ZoneGuard& guard, const RememberedGround& ground,
+                                             double body_m);
+
  private:
   /// @param beyond_m  distance from the vehicle
   void mark(const Zones& zones, const ZoneWindow& window, double required_m, const Place& vehicle,
             double beyond_m, vj::Terrain* terrain);
 
   ZoneRaster raster_;
+  ZoneRaster far_raster_;
 };
 
 /// Smallest clearance of the outline of the vehicle, by the discs of its body.

@@ -146,6 +146,12 @@ void ZoneWatch::mark(const Place& vehicle, vj::Terrain* terrain) {
   if (marked_) ground_.mark(zones_, *local_from_world_, guard_, vehicle, terrain);
 }
 
+const std::vector<std::uint8_t>* ZoneWatch::forbidden(const RememberedGround& ground,
+                                                      double body_m) {
+  if (!marked_ || !local_from_world_ || !std::isfinite(level_m_)) return nullptr;
+  return &ground_.forbidden(zones_, *local_from_world_, guard_, ground, body_m);
+}
+
 std::string_view ZoneWatch::objection(const Route& route, const Nav& nav) {
   if (!fixes_ || !local_from_world_) return "";
   const auto size = static_cast<std::size_t>(route.size());

@@ -34,6 +34,11 @@ class ZoneWatch {
   /// Marks forbidden ground as obstacles; terrain and vehicle are in the frame local of the last
   /// update().
   void mark(const Place& vehicle, vj::Terrain* terrain);
+  /// The same for the remembered ground; null: nothing is marked.
+  [[nodiscard]] const std::vector<std::uint8_t>* forbidden(const RememberedGround& ground,
+                                                           double body_m);
+  /// There is a fence or a keep-out.
+  [[nodiscard]] bool forbids() const { return fixes_.has_value(); }
   /// The terrain is of another frame local: nothing is marked in it.
   void unmark() { marked_ = false; }
 

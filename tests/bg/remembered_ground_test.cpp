@@ -68,6 +68,31 @@ TEST(FarCost, AGoalOfManyKilometresIsReachable) {
   EXPECT_TRUE(cost_to({8000.0, -3000.0, 2.0}, remembered).reachable_from(20.0, 0.0));
 }
 
+TEST(FarCost, ForbiddenCellsAreDrivenAroundAndNotRemembered) {
+  RememberedGround remembered;
+  look(&remembered, {}, [](double, double) { return false; });
+  // A strip of 60 m across the way, partly beyond the terrain.
+  constexpr int kCells = RememberedGround::kCells;
+  std::vector<std::uint8_t> forbidden(static_cast<std::size_t>(kCells) * kCells, 0);
+  const Cell origin = remembered.per_m().origin();
+  for (int j = 0; j < kCells; ++j) {
+    for (int i = 0; i < kCells; ++i) {
+      const double x_m = (origin.i + i + 0.5) * RememberedGround::kCell_m;
+      const double y_m = (origin.j + j + 0.5) * RememberedGround::kCell_m;
+      if (std::abs(x_m - 15.0) < 1.0 && std::abs(y_m) < 30.0) {
+        forbidden[static_cast<std::size_t>(j * kCells + i)] = 1;
+      }
+    }
+  }
+  const Goal goal{30.0, 0.0, 2.0};
+  const double straight = cost_to(goal, remembered).at(0.0, 0.0);
+  FarCost cost;
+  cost.compute(remembered, goal, &forbidden);
+  EXPECT_GT(cost.at(0.0, 0.0), straight + 25.0);
+  EXPECT_TRUE(cost.reachable_from(0.0, 0.0));
+  EXPECT_NEAR(cost_to(goal, remembered).at(0.0, 0.0), straight, 1e-6);
+}
+
 // A wall of 60 m that the vehicle has driven along: at one end of it the other end is not in the
 // terrain any more, and its way around is known nevertheless.
 TEST(RememberedGround, AWallIsRememberedWhenItHasLeftTheTerrain) {

@@ -141,6 +141,7 @@ std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& 
                  degrees(scenario.datum.lat_rad), degrees(scenario.datum.lon_rad),
                  scenario.datum.height.m);
   if (!options.prior_map.empty()) text += "prior_map = \"" + options.prior_map + "\"\n";
+  if (!options.zones.empty()) text += "zones = \"" + options.zones + "\"\n";
   return text + options.more_config;
 }
 
@@ -347,6 +348,16 @@ WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp tur
   return out;
 }
 
+void judge_zones(const std::string& file, const sim::Scenario& scenario, ClosedLoopRun* run) {
+  const Result<GeodeticZones> drawn = load_zones(file);
+  RCS_CHECK(drawn.ok());  // BG has been made with it
+  const Zones zones = drawn->in_world(LocalFrame(scenario.datum));
+  run->zones_world = zones.all();
+  ZoneJudge judge(zones);
+  for (const ClosedLoopSample& s : run->trace) judge.note(s.T_world_vehicle);
+  run->zones = judge.outcome();
+}
+
 void conclude(const Operator& op, Stamp last, double radius_m, ClosedLoopRun* run) {
   run->done = op.done_at != Stamp::max();
   run->reason = run->done ? "" : op.reason;
@@ -434,6 +445,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   if (actors) run.actors = actors->outcome();
   run.alerts = alerts.outcome();
   run.losses = options.losses;
+  if (!options.zones.empty()) judge_zones(options.zones, scenario, &run);
   return run;
 }
 
@@ -455,6 +467,16 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   }
   for (const ActorRecord& actor : run.actors.actors) {
     if (!actor.path_world.empty()) picture.actors_world.push_back(actor.path_world);
+  }
+  for (const Zone& zone : run.zones_world) {
+    for (const ZonePolygon& polygon : zone.polygons) {
+      picture.zones_world.push_back({polygon.outer, zone.kind});
+      for (const ZoneRing& hole : polygon.holes) picture.zones_world.push_back({hole, zone.kind});
+    }
+  }
+  if (run.zones.judged) {
+    picture.facts.push_back(fmt::format("zones: entered {} times, smallest clearance {:.1f} m",
+                                        run.zones.entries, run.zones.least_clearance_m));
   }
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {

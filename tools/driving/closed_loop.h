@@ -20,6 +20,7 @@
 #include "tools/driving/actor_notes.h"
 #include "tools/driving/alert_notes.h"
 #include "tools/driving/source_losses.h"
+#include "tools/driving/zone_course.h"
 
 namespace rcs::driving {
 
@@ -42,6 +43,7 @@ struct ClosedLoopOptions {
   std::string vehicle_config;  ///< path
   std::string more_config;     ///< TOML text behind it
   std::string prior_map;       ///< the a priori map is written here; empty: none
+  std::string zones;  ///< GeoJSON file of operating zones, judged by the truth; empty: none
   std::int8_t frame = command_t::FRAME_WORLD;
   Level level = Level::kBg;
   double radius_m = 3.0;       ///< of the waypoints
@@ -96,6 +98,8 @@ struct ClosedLoopRun {
   ActorOutcome actors;                ///< moving ones of the scenario
   AlertOutcome alerts;
   std::vector<SourceLoss> losses;
+  std::vector<Zone> zones_world;
+  ZoneOutcome zones;
 
   double time_s = 0.0;  ///< from the first command to DONE, or to the end
   double distance_m = 0.0;

@@ -126,6 +126,28 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
            out);
 }
 
+std::string_view style_of(ZoneKind kind) {
+  switch (kind) {
+    case ZoneKind::kFence:
+      return "fill=\"none\" stroke=\"#111\" stroke-width=\"2\" stroke-dasharray=\"10 4 2 4\"";
+    case ZoneKind::kKeepOut:
+      return "fill=\"#b3261e\" fill-opacity=\"0.25\" stroke=\"#b3261e\" stroke-width=\"2\"";
+    case ZoneKind::kSpeed:
+      break;
+  }
+  return "fill=\"none\" stroke=\"#8a6d00\" stroke-width=\"2\" stroke-dasharray=\"4 4\"";
+}
+
+void add_zones(const CoursePicture& picture, const View& view, SvgOut out) {
+  for (const CoursePicture::ZoneBorder& zone : picture.zones_world) {
+    fmt::format_to(out, "<polygon {} points=\"", style_of(zone.kind));
+    for (const Vec2& p : zone.ring_world) {
+      fmt::format_to(out, "{:.1f},{:.1f} ", view.x(p.x()), view.y(p.y()));
+    }
+    fmt::format_to(out, "\"/>\n");
+  }
+}
+
 /// A line with a dot where each actor was at last.
 void add_actors(const CoursePicture& picture, const View& view, SvgOut out) {
   for (const std::vector<Vec2>& path : picture.actors_world) {
@@ -211,7 +233,12 @@ bool has_feature(const CoursePicture& picture, const sim::Feature::Kind* kind) {
                      [kind](const sim::Feature& f) { return kind == nullptr || f.kind == *kind; });
 }
 
-/// Two rows under the map, and a third one if there are features.
+bool has_zone(const CoursePicture& picture, ZoneKind kind) {
+  return std::any_of(picture.zones_world.begin(), picture.zones_world.end(),
+                     [kind](const CoursePicture::ZoneBorder& z) { return z.kind == kind; });
+}
+
+/// Two rows under the map, and a third one if there are features or zones.
 void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOut out) {
   const double top = view.top_px + view.height_px() + 26.0;
   double x = kBorder_px + 8.0;
@@ -277,6 +304,14 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
                    line_of(feature, view.px_per_m));
     label(42.0, third, name, 60.0);
   }
+  for (const auto& [kind, name] :
+       {std::pair{ZoneKind::kFence, "fence"}, std::pair{ZoneKind::kKeepOut, "keep-out"},
+        std::pair{ZoneKind::kSpeed, "speed zone"}}) {
+    if (!has_zone(picture, kind)) continue;
+    fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"30\" height=\"12\" {}/>", x,
+                   third - 6.0, style_of(kind));
+    label(38.0, third, name, 70.0);
+  }
 }
 
 }  // namespace
@@ -285,8 +320,9 @@ std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
   const View view = view_of(picture);
   const double width = view.width_px() + 2.0 * kBorder_px;
-  const double height = view.top_px + view.height_px() + kLegendHeight_px +
-                        (has_feature(picture, nullptr) ? kRow_px : 0.0);
+  const bool third_row = has_feature(picture, nullptr) || !picture.zones_world.empty();
+  const double height =
+      view.top_px + view.height_px() + kLegendHeight_px + (third_row ? kRow_px : 0.0);
   std::string svg;
   const SvgOut out(svg);
   fmt::format_to(out,
@@ -308,6 +344,7 @@ std::string render(const CoursePicture& picture) {
   add_ground(*picture.world, view, out);
   add_features(*picture.world, view, out);
   add_objects(*picture.world, view, out);
+  add_zones(picture, view, out);
   add_paths(picture, view, out);
   add_actors(picture, view, out);
   add_vehicle(picture.samples.front(), view, out);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/zones/zones.h"
 #include "sim/terrain/world.h"
 
 namespace rcs::driving {
@@ -27,6 +28,11 @@ struct CoursePicture {
   double radius_m = 3.0;              ///< of the waypoints
   std::vector<CourseSample> samples;  ///< in order of time; at least two
   std::vector<std::vector<Vec2>> plans_world;
+  struct ZoneBorder {
+    std::vector<Vec2> ring_world;
+    ZoneKind kind = ZoneKind::kKeepOut;
+  };
+  std::vector<ZoneBorder> zones_world;
   std::vector<std::vector<Vec2>> actors_world;  ///< paths of moving actors; at least a place each
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -86,6 +87,15 @@ class Campaign {
       recorder.emplace(&*log, std::vector<std::string>{});
       options.tap = &*recorder;
     }
+    if (campaign_.zones) {
+      const std::vector<Zone> drawn =
+          draw_zones(scenario->course.waypoints_world, static_cast<std::uint64_t>(row.seed));
+      // Absolute: a path in a configuration is relative to its file.
+      options.zones = std::filesystem::absolute(stem + "_zones.geojson").string();
+      const Outcome written =
+          tools::write_text(options.zones, to_geojson(drawn, LocalFrame(scenario->datum)));
+      if (!written) return written;
+    }
     row.run = run_closed_loop(*scenario, options, make_bg);
     if (!row.run.config_error.empty()) return Error{row.run.config_error};
     if (campaign_.stop()) return Done{};
@@ -115,7 +125,7 @@ int contacts(const ClosedLoopRun& run) {
 }
 
 bool passed(const ClosedLoopRun& run) {
-  return run.done && contacts(run) == 0 && run.alerts.late == 0;
+  return run.done && contacts(run) == 0 && run.alerts.late == 0 && run.zones.entries == 0;
 }
 
 Result<std::vector<DriveRow>> run_drives(const DriveCampaign& campaign) {

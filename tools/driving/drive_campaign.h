@@ -22,6 +22,7 @@ struct DriveCampaign {
   std::optional<double> gps_lost_after_m;
   double alert_limit_m = 0.0;  ///< horizontal, of the commands; 0: that of the vehicle
   bool losses = false;         ///< draw_losses() by the seed
+  bool zones = false;          ///< draw_zones() by the seed; with out_folder
   std::optional<double> duration_s;
   std::string out_folder;  ///< for a picture of each drive; empty: none
   bool logs = false;       ///< also a log of each drive
@@ -38,7 +39,7 @@ struct DriveRow {
 /// With the ground, with objects and with moving actors, but for actors that ran into the vehicle
 /// at rest.
 [[nodiscard]] int contacts(const ClosedLoopRun& run);
-/// Arrived without contact, and stopped at every alert limit.
+/// Arrived without contact, stopped at every alert limit, and entered no forbidden ground.
 [[nodiscard]] bool passed(const ClosedLoopRun& run);
 
 /// @return rows in the order of the seeds, or an error: of the files, or after `stop`

@@ -88,6 +88,12 @@ Json to_json(const AlertOutcome& alerts) {
           {"slowed_s", alerts.slowed_s},   {"too_fast_s", alerts.too_fast_s}};
 }
 
+Json to_json(const ZoneOutcome& zones) {
+  Json out = {{"judged", zones.judged}, {"entries", zones.entries}};
+  if (zones.judged) out["clearance_m"] = zones.least_clearance_m;
+  return out;
+}
+
 Json to_json(const std::vector<SourceLoss>& losses) {
   Json out = Json::array();
   for (const SourceLoss& loss : losses) {
@@ -130,6 +136,11 @@ bool has_way_back(const std::vector<DriveRow>& rows) {
                      [](const DriveRow& row) { return row.run.way_back.length_m > 0.0; });
 }
 
+bool has_zones(const std::vector<DriveRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const DriveRow& row) { return row.run.zones.judged; });
+}
+
 }  // namespace
 
 report::Table drive_table(const std::vector<DriveRow>& rows) {
@@ -144,6 +155,11 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
   const bool back = has_way_back(rows);
   if (back) {
     const std::vector<std::string> more = {"back [m]", "lateral [m]", "max [m]", "end [m]"};
+    t.header.insert(t.header.end() - 1, more.begin(), more.end());
+  }
+  const bool zones = has_zones(rows);
+  if (zones) {
+    const std::vector<std::string> more = {"entered", "zone [m]"};
     t.header.insert(t.header.end() - 1, more.begin(), more.end());
   }
   const bool alerts = has_alerts(rows);
@@ -171,6 +187,9 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
       add({report::fixed(w.length_m, 0), report::fixed(w.lateral_rms_m, 2),
            report::fixed(w.lateral_max_m, 2), report::fixed(w.end_m, 2)});
     }
+    if (zones) {
+      add({std::to_string(run.zones.entries), report::fixed(run.zones.least_clearance_m, 1)});
+    }
     if (alerts) {
       const AlertOutcome& o = run.alerts;
       add({std::to_string(o.crossings), std::to_string(o.late), report::fixed(o.beyond_m, 1),
@@ -197,6 +216,12 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
         "back from the true way out, once the vehicle has turned round and is on it. end: distance "
         "of its end from the start.";
   }
+  if (zones) {
+    t.note +=
+        " entered: times that the true outline was in forbidden ground. zone: its smallest "
+        "distance "
+        "to it.";
+  }
   if (alerts) {
     t.note +=
         " limits: alert limits that a protection level exceeded while the vehicle moved. late: of "
@@ -219,6 +244,15 @@ std::string drive_summary(const std::vector<DriveRow>& rows) {
         "again after {:.1f} s (95 %), at most {:.1f} s, {} of {} cells later than {:.0f} s\n",
         s.actors_met, s.actor_contacts, s.ran_into_vehicle, percentile_95(s.ground.free_after_s),
         s.ground.worst_s(), s.ground.late(), s.ground.free_after_s.size(), ActorGround::kLimit_s);
+  }
+  if (has_zones(rows)) {
+    int entries = 0;
+    double least_m = 1e3;
+    for (const DriveRow& row : rows) {
+      entries += row.run.zones.entries;
+      least_m = std::min(least_m, row.run.zones.least_clearance_m);
+    }
+    text += fmt::format("zones: entered {} times, smallest clearance {:.1f} m\n", entries, least_m);
   }
   if (has_alerts(rows)) {
     AlertOutcome sum;
@@ -288,6 +322,7 @@ Json to_json(const std::vector<DriveRow>& rows) {
                                {"lateral_rms_m", run.way_back.lateral_rms_m},
                                {"lateral_max_m", run.way_back.lateral_max_m},
                                {"end_m", run.way_back.end_m}}},
+                             {"zones", to_json(run.zones)},
                              {"states_s", states},
                              {"mission_states_s", mission_states}});
   }

@@ -95,6 +95,11 @@ class DriveCommand final : public Command {
                          "folder for drives.json and a picture of each drive (drive_SEED.svg)")
             ->type_name("FOLDER");
     app()->add_flag("--logs", logs_, "also write a log of each drive (drive_SEED.log)")->needs(out);
+    app()
+        ->add_flag("--zones", zones_,
+                   "a fence around the course, and a keep-out on each leg but the first, drawn by\n"
+                   "the seed (drive_SEED_zones.geojson)")
+        ->needs(out);
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "The simulator, SP, WM and BG run in lockstep, as fast as they can: the same scenario and\n"
@@ -103,14 +108,16 @@ class DriveCommand final : public Command {
         "the limit, a rock, a trunk or a moving actor. An actor that runs into the vehicle, which\n"
         "had been at rest for a second, is counted separately. With --losses the table also has\n"
         "what the vehicle did at its alert limits.\n"
-        "Exit status 1 if a drive has a contact, does not arrive, or stops late at an alert "
-        "limit.\n"
+        "Exit status 1 if a drive has a contact, does not arrive, stops late at an alert limit, "
+        "or\n"
+        "enters a zone.\n"
         "Examples:\n"
         "  rcs drive config/sim/closed_loop.toml --seeds 401..410 -o out/drives\n"
         "  rcs drive config/sim/hazards.toml --seeds 501..503 --gps-lost-after 100\n"
         "  rcs drive config/sim/actors.toml --seeds 901..910\n"
         "  rcs drive config/sim/return.toml --mission return --gps-lost-after 100\n"
         "  rcs drive config/sim/hazards.toml --seeds 801..840 --losses --alert-limit 3\n"
+        "  rcs drive config/sim/closed_loop.toml --seeds 321..340 --zones -o out/zones\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
         "  rcs why out/drive7/drive_7.log");
   }
@@ -143,6 +150,7 @@ class DriveCommand final : public Command {
     campaign.seeds = seeds_from(seeds_);
     campaign.gps_lost_after_m = gps_lost_after_m_;
     campaign.losses = losses_;
+    campaign.zones = zones_;
     campaign.alert_limit_m = alert_limit_m_;
     campaign.duration_s = duration_s_;
     campaign.out_folder = out_;
@@ -174,6 +182,7 @@ class DriveCommand final : public Command {
   std::optional<double> duration_s_;
   double alert_limit_m_ = 0.0;
   bool losses_ = false;
+  bool zones_ = false;
   bool local_ = false;
   std::string mission_;
   int jobs_ = 0;
