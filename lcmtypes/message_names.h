@@ -10,6 +10,7 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/route_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 
 namespace rcs {
@@ -31,6 +32,12 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
 /// @param status  status_t::STATUS_*
 [[nodiscard]] constexpr std::string_view status_name(int status) {
   return constant_name<status_t::STATUS_ERROR>({"UNINITIALIZED", "EXEC", "DONE", "ERROR"}, status);
+}
+
+/// @param verdict  route_t::VERDICT_*
+[[nodiscard]] constexpr std::string_view route_verdict_name(int verdict) {
+  return constant_name<route_t::VERDICT_PENDING>({"chosen", "dearer", "above limit", "pending"},
+                                                 verdict);
 }
 
 /// @param status  integrity_t::STATUS_*, of a source

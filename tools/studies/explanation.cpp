@@ -140,12 +140,40 @@ Json driving_json(const MessageHistory& history, Stamp moment) {
   return json;
 }
 
+Json mission_json(const MessageHistory& history, Stamp moment) {
+  Json json = {{"status", nullptr}, {"routes", nullptr}};
+  if (!history.mission_status.empty()) {
+    const status_t& m = history.mission_status.back().message;
+    json["status"] = {{"age_s", age_s(moment, history.mission_status.back().arrival)},
+                      {"state", m.state},
+                      {"reason", m.reason}};
+  }
+  if (history.routes.empty()) return json;
+  const routes_t& m = history.routes.back().message;
+  Json candidates = Json::array();
+  for (const route_t& r : m.route) {
+    candidates.push_back({{"verdict", route_verdict_name(r.verdict)},
+                          {"poverty_weight", r.poverty_weight},
+                          {"length_m", r.length_m},
+                          {"time_s", r.time_s},
+                          {"level_max_m", r.level_max_m},
+                          {"risk", r.risk},
+                          {"cost_s", r.cost_s}});
+  }
+  json["routes"] = {{"age_s", age_s(moment, history.routes.back().arrival)},
+                    {"alert_limit_m", m.alert_limit_m},
+                    {"gps", m.gps != 0},
+                    {"candidates", std::move(candidates)}};
+  return json;
+}
+
 Json to_json(const MessageHistory& history, Stamp moment) {
   Json json = {{"inputs", inputs_json(history, moment)},
                {"measurements", measurements_json(history, moment)},
                {"registrations", registrations_json(history, moment)},
                {"belief", belief_json(history, moment)},
                {"integrity", integrity_json(history, moment)},
+               {"mission", mission_json(history, moment)},
                {"bg", driving_json(history, moment)},
                {"events", Json::array()}};
   for (const Received<event_t>& e : history.events) {

@@ -164,6 +164,34 @@ std::string driving_text(const MessageHistory& history, Stamp moment) {
   return text.empty() ? text : text + "\n";
 }
 
+std::string mission_text(const MessageHistory& history, Stamp moment) {
+  std::string text;
+  if (!history.mission_status.empty()) {
+    const status_t& m = history.mission_status.back().message;
+    text +=
+        fmt::format("mission ({}): {}{}{}\n", ago(moment - history.mission_status.back().arrival),
+                    m.state, m.reason.empty() ? "" : ": ", m.reason);
+  }
+  if (!history.routes.empty()) {
+    const routes_t& m = history.routes.back().message;
+    report::Table t{{"route", "weight", "length [m]", "time [s]", "level [m]", "risk", "cost [s]"},
+                    {}};
+    for (const route_t& r : m.route) {
+      t.rows.push_back({std::string(route_verdict_name(r.verdict)),
+                        report::fixed(r.poverty_weight, 0), report::fixed(r.length_m, 0),
+                        report::fixed(r.time_s, 0), report::fixed(r.level_max_m, 1),
+                        report::fixed(r.risk, 3), report::fixed(r.cost_s, 0)});
+    }
+    t.note = fmt::format(
+        "judged {}, with{} GPS, alert limit {:.1f} m. weight: of ground without features in the "
+        "search. level: largest protection level if GPS fails. risk: of an error above the limit "
+        "then. cost: time and risk",
+        ago(moment - history.routes.back().arrival), m.gps != 0 ? "" : "out", m.alert_limit_m);
+    text += m.route.empty() ? "  no route exists\n" : to_text(t);
+  }
+  return text.empty() ? text : text + "\n";
+}
+
 std::string events_text(const MessageHistory& history, Stamp begin, Stamp moment) {
   std::string text;
   for (const Received<event_t>& e : history.events) {
@@ -183,7 +211,8 @@ std::string events_text(const MessageHistory& history, Stamp begin, Stamp moment
 std::string explanation_text(const MessageHistory& history, Stamp begin, Stamp moment) {
   return inputs_text(history, moment) + considered_text(history, moment) +
          registrations_text(history, moment) + belief_text(history, moment) +
-         driving_text(history, moment) + events_text(history, begin, moment);
+         mission_text(history, moment) + driving_text(history, moment) +
+         events_text(history, begin, moment);
 }
 
 }  // namespace rcs::studies

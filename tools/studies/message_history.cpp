@@ -1,6 +1,7 @@
 #include "tools/studies/message_history.h"
 
 #include <cstddef>
+#include <string_view>
 #include <utility>
 
 #include "lcmtypes/channels.h"
@@ -36,7 +37,12 @@ void MessageHistory::add(const LogEvent& event) {
   if (c == channel::kBgDrive) keep(event, 1, &drive);
   if (c == channel::kBgPlan) keep(event, 1, &plan);
   if (c == channel::kBgStatus) keep(event, 1, &status);
-  const bool is_event = c == channel::kSpEvent || c == channel::kWmEvent || c == channel::kBgEvent;
+  if (c == channel::kMissionStatus) keep(event, 1, &mission_status);
+  if (c == channel::kMissionRoutes) keep(event, 1, &routes);
+  constexpr std::string_view kEventChannels = "_EVENT";
+  const bool is_event =
+      c.size() > kEventChannels.size() &&
+      c.compare(c.size() - kEventChannels.size(), std::string::npos, kEventChannels) == 0;
   if (is_event) keep(event, kEventsKept, &events);
 }
 

@@ -13,6 +13,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/routes_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/log/log_file.h"
@@ -42,7 +43,9 @@ struct MessageHistory {
   std::deque<Received<integrity_t>> integrity;
   std::deque<Received<drive_t>> drive;
   std::deque<Received<plan_t>> plan;
-  std::deque<Received<status_t>> status;
+  std::deque<Received<status_t>> status;  ///< of BG
+  std::deque<Received<status_t>> mission_status;
+  std::deque<Received<routes_t>> routes;
   std::deque<Received<event_t>> events;
 };
 

@@ -32,7 +32,9 @@ class Why final : public Command {
         "or\n"
         "rejected in the last second, with reasons; the last registrations of SP; the mode, "
         "source\n"
-        "status and alerts of WM; the state of BG; the preceding events.\n"
+        "status and alerts of WM; the state of the mission, its candidate routes with their "
+        "values and\n"
+        "why they were not chosen; the state of BG; the preceding events.\n"
         "Examples:\n"
         "  rcs drill config/drills/gps/d04_ramp_0_5.toml -o out/d04 --logs\n"
         "  rcs why out/d04/d04_ramp_0_5.log 49.5");
