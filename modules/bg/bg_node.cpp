@@ -12,6 +12,7 @@ namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
+constexpr double kTurned_1pm = 0.04;                        // of the curvature commanded
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
@@ -470,6 +471,12 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.curvature_1pm = steering_.curvature_1pm;
     if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
   }
+  // A vehicle that turns its wheels while it drives off leaves a sharp turn by up to a metre: on a
+  // way back it turns them first.
+  const bool at_rest = std::abs(nav_.speed_mps) < config_.decide.rest_mps;
+  const bool turns_wheels = at_rest && route_.route().map_epoch() &&
+                            std::abs(drive_.curvature_1pm - curvature_1pm_) > kTurned_1pm;
+  if (turns_wheels) drive_.speed_mps = 0.0;
   // The brake is released at rest: close to an obstacle the free way does not limit the speed, as a
   // vehicle that is too close may move away.
   brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
@@ -478,7 +485,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.brake = 1;
   }
   leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
-                                   std::abs(nav_.speed_mps) < config_.decide.rest_mps);
+                                   at_rest && !turns_wheels);
   const double turn = config_.shape.curvature_rate * seconds(config_.period);
   curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
   drive_out_.publish(&drive_);

@@ -22,6 +22,9 @@ constexpr double kDistortion_rad = 0.01;
 constexpr double kDoubtful = 0.8;
 constexpr double kWrong = 0.6;
 constexpr double kOverlapLowPass = 0.1;
+// Since the last registered scan: another view, of which less is in the map.
+constexpr double kNewView_m = 3.0;
+constexpr double kHardly = 0.3;
 constexpr int kLostAfter = 3;        // rejected scans in a row, while WM predicts the pose
 constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
 
@@ -333,19 +336,24 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     register_by_last_scan(0.0, &pair, &prediction, &rolling);
   }
   // A belief of WM is wrong if nothing has matched it for several scans; other views are not.
-  const bool lost = expected.by_belief
-                        ? failures_ >= kLostAfter && !registration::usable(rolling.stop)
-                        : matches_less_than(kDoubtful, rolling);
+  // After several failures, what matches hardly anything matches by chance.
+  const bool failing = failures_ >= kLostAfter;
+  const bool lost = expected.by_belief ? failing && matches_less_than(kHardly, rolling)
+                                       : matches_less_than(kDoubtful, rolling);
   if (!expected.ins_lost && !expected.by_scans && lost) {
     recover(cycle, expected, &pair, &prediction, &rolling);
+    if (failing && matches_less_than(kHardly, rolling)) {
+      rolling.stop = registration::Stop::kDiverged;
+    }
   }
   if (expected.ins_lost && matches_less_than(kDoubtful, rolling)) search_wide(expected, &rolling);
   if (expected.ins_silent()) follow_motion(expected, &rolling);
   if (expected.ins_lost) {
     // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
     // silent it is still better than no registration.
-    const bool settled =
-        rolling.stop != registration::Stop::kMaxIterations && !matches_less_than(kWrong, rolling);
+    const double moved_m = (prediction.T_target_vehicle.p - T_rolling_last_.p).norm();
+    const bool settled = rolling.stop != registration::Stop::kMaxIterations &&
+                         (moved_m > kNewView_m || !matches_less_than(kWrong, rolling));
     if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
     rolling.information = registration::with_distortion(rolling.information, distortion());
   }
