@@ -241,7 +241,11 @@ void Estimator::begin_after_silence(Stamp to) {
   FilterState state = history_.head();
   silence_began_ = state.belief.x.stamp;
   silence_ended_ = to;
-  if (state.belief.x.map_epoch >= 0) before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
+  if (state.belief.x.map_epoch >= 0) {
+    before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
+  } else {
+    ++local_breaks_;
+  }
   forget_place(&state);
   state.belief.x.stamp = to;
   Memory& m = state.memory;
@@ -266,6 +270,7 @@ void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
   if (match.map_epoch != x.map_epoch || match.seeded ||
       static_cast<double>(before.registrations) < kTracked_hz * silence_s ||
       stamp < history_.head().belief.x.stamp - params_.history.lag) {
+    ++local_breaks_;
     return;
   }
   const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};

@@ -71,6 +71,9 @@ class Estimator {
   /// Source status, delayed by the lag of the history.
   [[nodiscard]] const Trust& trust() const { return trust_; }
   /// Number of steps of all clocks that were detected.
+  /// Silences of all inputs, too long to predict, after which no rolling map that went on has
+  /// placed the vehicle: frame local does not continue over them.
+  [[nodiscard]] int local_breaks() const { return local_breaks_; }
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
   /// Number of times that the solution was lost and began again.
   [[nodiscard]] int losses() const { return losses_; }
@@ -125,6 +128,7 @@ class Estimator {
   int out_of_range_ = 0;  ///< inputs in a row rejected for their stamps
   Stamp first_out_of_range_ = Stamp::min();
   int clock_steps_ = 0;
+  int local_breaks_ = 0;
   LossWatch loss_;
   int losses_ = 0;
   /// When all inputs fell silent for so long that the place was forgotten.

@@ -95,6 +95,19 @@ void WmNode::resume(Stamp now) {
   }
 }
 
+// This process did not run, and SP has begun another rolling map meanwhile: ground seen before
+// would lie beside ground seen from now on.
+void WmNode::keep_local(Stamp now) {
+  if (estimator_.local_breaks() == local_breaks_) return;
+  local_breaks_ = estimator_.local_breaks();
+  if (!checkpoint_) return;
+  kept_.local_began = now;
+  terrain_.clear();
+  report_.publish(now, event::kWmInputNone,
+                  "frame local and terrain begin again: the motion during a silence of all inputs "
+                  "is not known");
+}
+
 void WmNode::run(const Cycle& cycle) {
   if (kept_.local_began == Stamp::min()) begin(cycle.now);
   take_all(&ins_, cycle.now);
@@ -105,6 +118,7 @@ void WmNode::run(const Cycle& cycle) {
   cycle.stages->mark("receive");
 
   estimator_.fuse();
+  keep_local(cycle.now);
   cycle.stages->mark("fuse");
 
   publish_innovations();

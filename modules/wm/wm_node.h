@@ -55,6 +55,7 @@ class WmNode final : public Node {
  private:
   void begin(Stamp now);
   void resume(Stamp now);
+  void keep_local(Stamp now);
   void take(const ins_t& m, Stamp now);
   void take(const gps_fix_t& m, Stamp now);
   void take(const odometry_t& m, Stamp now);
@@ -112,6 +113,7 @@ class WmNode final : public Node {
   int reported_resets_ = 0;
   int reported_clock_steps_ = 0;
   int reported_losses_ = 0;
+  int local_breaks_ = 0;
   int reported_epoch_ = -1;
   int reported_findings_ = 0;
   bool reported_map_doubted_ = false;

@@ -201,10 +201,10 @@ class WmCheckpointNode : public testing::Test {
       return (flags & map_patch_t::FLAG_UNKNOWN) == 0;
     }));
   }
-  [[nodiscard]] std::string newest_event() {
+  [[nodiscard]] std::string newest_event(const std::string& code = "state.resumed") {
     std::string text;
     for (; !events_.empty(); events_.pop()) {
-      if (events_.front()->code == "state.resumed") text = events_.front()->text;
+      if (events_.front()->code == code) text = events_.front()->text;
     }
     return text;
   }
@@ -249,6 +249,33 @@ TEST_F(WmCheckpointNode, FrameLocalEpochAndTerrainContinue) {
   EXPECT_EQ(after.mode, before.mode);
   EXPECT_EQ(after.datum_lat_deg, before.datum_lat_deg);
   EXPECT_GT(known_cells(*patches_.latest()), known / 2);
+}
+
+// The vehicle has driven some metres meanwhile: ground seen before would lie beside what is seen
+// now.
+TEST_F(WmCheckpointNode, FrameLocalAndTerrainBeginAgainIfNothingCoversTheGap) {
+  run(1, 4000);
+  const nav_state_t before = *nav_states_.latest();
+  const int known = known_cells(*patches_.latest());
+  start();
+  points_ = false;
+  // For 2 s, in which SP was silent, too: no sequence number is missing.
+  for (std::size_t i = 4000; i < 4200; ++i) {
+    (void)sensors_.imu(i);
+    if (i % 10 == 0) (void)sensors_.scan(i);
+  }
+  run(4200, 4240);
+  const nav_state_t after = *nav_states_.latest();
+  EXPECT_NE(newest_event("input.none").find("begin again"), std::string::npos);
+  EXPECT_GT(after.local_utime, before.local_utime);
+  const map_patch_t* const patch = patches_.latest();
+  if (patch != nullptr && patch->local_utime == after.local_utime) {
+    EXPECT_LT(known_cells(*patch), known / 10);
+  }
+  points_ = true;
+  run(4240, 4300);
+  ASSERT_EQ(patches_.latest()->local_utime, after.local_utime);
+  EXPECT_GT(known_cells(*patches_.latest()), known / 20);
 }
 
 TEST_F(WmCheckpointNode, TheStateOfAnotherProgramIsNotUsed) {

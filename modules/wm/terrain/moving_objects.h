@@ -56,6 +56,8 @@ class MovingObjects {
     }
   }
 
+  void clear() { objects_.clear(); }
+
   /// Those that were seen lately, or that moved out of view. Those that move have `moves`.
   [[nodiscard]] const std::vector<MovingObject>& objects() const { return objects_; }
 

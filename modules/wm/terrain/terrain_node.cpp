@@ -47,6 +47,13 @@ void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now,
   clock_.advance(now);
 }
 
+void TerrainDesk::clear() {
+  grid_.clear();
+  moving_.clear();
+  upright_.clear();
+  rows_ = grid_.params().patch;
+}
+
 // The points are given in the rolling map of SP; the transformation to frame local is evaluated
 // now, as the local pose may still be slewing.
 void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {

@@ -24,6 +24,9 @@ class TerrainDesk {
   /// @param local_began  identifies frame local
   void step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report);
 
+  /// Another frame local has begun.
+  void clear();
+
   [[nodiscard]] const InboxBase& inbox() const { return points_; }
 
   [[nodiscard]] const TerrainGrid& grid() const { return grid_; }
