@@ -92,7 +92,7 @@ class Campaign {
           draw_zones(scenario->course.waypoints_world, static_cast<std::uint64_t>(row.seed));
       // Absolute: a path in a configuration is relative to its file.
       options.zones = std::filesystem::absolute(stem + "_zones.geojson").string();
-      const Outcome written =
+      Outcome written =
           tools::write_text(options.zones, to_geojson(drawn, LocalFrame(scenario->datum)));
       if (!written) return written;
     }
