@@ -340,12 +340,13 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way || leads_back_) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
-  const Planner::Query query{terrain_,
-                             obstacles_,
-                             start(now.speed_mps),
-                             route_.goal(nav_, place()),
-                             route_.onward_goal(nav_),
-                             zones_.forbidden(planner_.remembered(), planner_.body().radius_m())};
+  const Planner::Query query{
+      terrain_,
+      obstacles_,
+      start(now.speed_mps),
+      route_.goal(nav_, place()),
+      route_.onward_goal(nav_),
+      [this] { return zones_.forbidden(planner_.remembered(), planner_.body().radius_m()); }};
   const bool back = plan_way_back(now.speed_mps, cycle.now) != WayBackWatch::Along::kNo;
   if (back) {
     found_ = {SearchStop::kHorizon, candidate_.back().s_m, 0};

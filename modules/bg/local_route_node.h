@@ -45,7 +45,8 @@ class LocalRoute {
   /// Marks the waypoints as done that the vehicle has reached.
   void pass(const Nav& nav, const Place& vehicle);
 
-  /// A way back, around the vehicle and up to `ahead_m` ahead; empty: the route is none.
+  /// A way back, around the vehicle and up to `ahead_m` ahead; empty: the command is not in frame
+  /// rolling.
   void way_back(const Nav& nav, double ahead_m, std::vector<Vec2>* places) const;
   /// The place is in the last waypoint.
   [[nodiscard]] bool ends_at(const Place& place, const Nav& nav) const;

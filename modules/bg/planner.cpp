@@ -80,7 +80,7 @@ void Planner::update_cost(const Query& query, Stamp now) {
   to_.computed = now;
   const Place& here = query.start.place;
   more_m_ = 0.0;
-  to_.cost.compute(remembered_, query.to, query.forbidden);
+  to_.cost.compute(remembered_, query.to, query.forbidden());
   if (to_.cost.reachable_from(here.x_m, here.y_m)) {
     enclosed_since_ = Stamp::max();
     return;
@@ -91,7 +91,7 @@ void Planner::update_cost(const Query& query, Stamp now) {
   // side of a barrier, and drive around it for ever: the time counts while it comes no nearer.
   more_m_ = near_goal_m_;
   to_.cost.compute(remembered_, {query.to.x_m, query.to.y_m, query.to.radius_m + more_m_},
-                   query.forbidden);
+                   query.forbidden());
   const double away_m = std::hypot(query.to.x_m - here.x_m, query.to.y_m - here.y_m);
   if (enclosed_since_ == Stamp::max() || away_m < nearest_m_ - kNearer_m) {
     enclosed_since_ = now;
@@ -106,7 +106,7 @@ void Planner::update_onward_cost(const Query& query, Stamp now) {
   if (!busy && onward_.is_due(*query.onward, now)) {
     onward_.goal = query.onward;
     onward_.computed = now;
-    onward_.cost.compute(remembered_, *query.onward, query.forbidden);
+    onward_.cost.compute(remembered_, *query.onward, query.forbidden());
   }
   through_ =
       onward_.is_of(*query.onward) && onward_.cost.reachable_from(query.to.x_m, query.to.y_m);

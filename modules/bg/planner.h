@@ -2,6 +2,7 @@
 // Paths to goals over the terrain that WM publishes now and the ground that was seen before.
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -24,8 +25,8 @@ class Planner {
     Start start;
     Goal to;
     std::optional<Goal> onward;  ///< the goal after it, if the vehicle need not stop between them
-    /// Cells of the remembered ground, see FarCost::compute().
-    const std::vector<std::uint8_t>* forbidden = nullptr;
+    /// Cells of the remembered ground, see FarCost::compute(); called when a cost is computed.
+    std::function<const std::vector<std::uint8_t>*()> forbidden = [] { return nullptr; };
   };
 
   /// @param near_goal_m  a goal that is occupied, or seems so, is reached at this distance more

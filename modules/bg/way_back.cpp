@@ -8,7 +8,8 @@ namespace rcs::bg {
 namespace {
 
 constexpr double kFarthest_m = 2.0;  // off_route_m of all other ground
-constexpr double kStep_m = 0.4;      // of the path
+constexpr double kEach_m = 0.4;      // points of the path
+constexpr float kStep_m = 0.1F;      // of an object that was observed
 constexpr double kOn_m = 0.8;        // of the line: the vehicle is on the way
 constexpr double kOn_rad = 0.5;
 // Than the vehicle can turn: the noise of the places in its sharpest turns. It then deviates from
@@ -37,7 +38,7 @@ Place between(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, double
   return {p.x(), p.y(), std::atan2(first.y(), first.x()), cross / (v * v * v)};
 }
 
-/// Calls each(place) every kStep_m or less along the curve.
+/// Calls each(place) every kEach_m or less along the curve.
 template <class Each>
 void each_point(const std::vector<Vec2>& line, Each&& each) {
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
@@ -46,7 +47,7 @@ void each_point(const std::vector<Vec2>& line, Each&& each) {
     // The ends are extended straight.
     const Vec2 a = k > 0 ? line[k - 1] : Vec2(2.0 * b - c);
     const Vec2 d = k + 2 < line.size() ? line[k + 2] : Vec2(2.0 * c - b);
-    const int n = std::max(1, static_cast<int>(std::ceil((c - b).norm() / kStep_m)));
+    const int n = std::max(1, static_cast<int>(std::ceil((c - b).norm() / kEach_m)));
     for (int s = 0; s < n; ++s) each(between(a, b, c, d, static_cast<double>(s) / n));
     if (k + 2 == line.size()) each(between(a, b, c, d, 1.0));
   }
@@ -72,7 +73,10 @@ void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::
         const Vec2 p = terrain->cell_m * Vec2(i + 0.5, j + 0.5);
         const double off_m = distance_m(p, line[k - 1], line[k]);
         g.off_route_m = std::min(g.off_route_m, static_cast<float>(off_m));
-        if (off_m > free_m || g.step_m > static_cast<float>(weights.max_step_m)) continue;
+        if (off_m > free_m) continue;
+        const bool is_low =
+            g.step_m >= kStep_m && g.step_m <= static_cast<float>(weights.max_step_m);
+        if (g.obstacle && !is_low) continue;
         g.obstacle = false;
         g.slope_rad = std::min(g.slope_rad, static_cast<float>(weights.max_slope_rad));
       }

@@ -12,7 +12,8 @@
 namespace rcs::bg {
 
 /// Sets Ground::off_route_m. Ground below the vehicle on its way was driven over: it is no obstacle
-/// for its slope, or for a step that the weights allow. What stands there now is higher.
+/// for its slope, or for a step that the weights allow. What stands there now is higher, and an
+/// obstacle without a step is hidden ground.
 /// @param line  in the frame of the terrain
 void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::Weights& weights,
                    vj::Terrain* terrain);

@@ -13,6 +13,9 @@
 
 namespace rcs::mission {
 
+/// Issuer of the commands and queries of the vehicle level.
+constexpr char kIssuer[] = "mission";
+
 struct MissionConfig {
   NodeInfo info{"mission", from_milliseconds(500.0), from_milliseconds(20.0)};
   Duration period = from_seconds(1.0);

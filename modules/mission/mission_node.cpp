@@ -9,7 +9,6 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
-#include "modules/mission/mission_issuer.h"
 #include "rcs/node/budget.h"
 #include "rcs/node/waypoint_check.h"
 #include "rcs/terrain/map_folder.h"

@@ -10,7 +10,6 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "modules/mission/mission_issuer.h"
 
 namespace rcs::mission {
 namespace {

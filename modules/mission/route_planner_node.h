@@ -19,7 +19,6 @@
 #include "rcs/base/pose.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
-#include "rcs/node/report.h"
 
 namespace rcs::mission {
 
@@ -72,7 +71,7 @@ class RoutePlanner {
   /// BG found no path there: routes avoid it from now on.
   void block(const Vec3& p_world, double radius_m);
 
-  /// Report texts of the last choice.
+  /// Of the last choice, for the event.
   [[nodiscard]] const Candidate& chosen() const { return *chosen_; }
   [[nodiscard]] std::size_t candidates() const { return choice_.candidates().size(); }
 

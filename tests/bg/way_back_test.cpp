@@ -88,9 +88,11 @@ TEST(WayBack, GroundThatWasDrivenOverIsFreeUnlessSomethingStandsThereNow) {
   };
   at(3.0, 0.2).step_m = 1.6F;  // a person
   at(-3.0, 0.2).slope_rad = 0.8F;
+  at(4.2, 0.2).step_m = 0.0F;  // hidden by an edge
   mark_way_back({{-8.0, 0.0}, {8.0, 0.0}}, Shape{}, vj::Weights{}, &terrain);
   EXPECT_FALSE(at(2.2, 0.2).obstacle);
   EXPECT_TRUE(at(3.0, 0.2).obstacle);
+  EXPECT_TRUE(at(4.2, 0.2).obstacle) << "nothing was observed there";
   EXPECT_TRUE(at(2.2, 2.2).obstacle) << "beside the way";
   EXPECT_TRUE(vj::passable(at(-3.0, 0.2), vj::Weights{}));
 }

@@ -268,14 +268,12 @@ TEST_F(WmCheckpointNode, FrameLocalAndTerrainBeginAgainIfNothingCoversTheGap) {
   const nav_state_t after = *nav_states_.latest();
   EXPECT_NE(newest_event("input.none").find("begin again"), std::string::npos);
   EXPECT_GT(after.local_utime, before.local_utime);
-  const map_patch_t* const patch = patches_.latest();
-  if (patch != nullptr && patch->local_utime == after.local_utime) {
-    EXPECT_LT(known_cells(*patch), known / 10);
+  for (; !patches_.empty(); patches_.pop()) {
   }
   points_ = true;
-  run(4240, 4300);
+  run(4240, 4270);
   ASSERT_EQ(patches_.latest()->local_utime, after.local_utime);
-  EXPECT_GT(known_cells(*patches_.latest()), known / 20);
+  EXPECT_LT(known_cells(*patches_.latest()), known / 2) << "ground of a few scans only";
 }
 
 TEST_F(WmCheckpointNode, TheStateOfAnotherProgramIsNotUsed) {

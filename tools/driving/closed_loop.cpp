@@ -348,12 +348,13 @@ WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp tur
   return out;
 }
 
-void judge_zones(const std::string& file, const sim::Scenario& scenario, ClosedLoopRun* run) {
+void judge_zones(const std::string& file, const sim::Scenario& scenario, const bg::Shape& shape,
+                 ClosedLoopRun* run) {
   const Result<GeodeticZones> drawn = load_zones(file);
   RCS_CHECK(drawn.ok());  // BG has been made with it
   const Zones zones = drawn->in_world(LocalFrame(scenario.datum));
   run->zones_world = zones.all();
-  ZoneJudge judge(zones);
+  ZoneJudge judge(zones, shape);
   for (const ClosedLoopSample& s : run->trace) judge.note(s.T_world_vehicle);
   run->zones = judge.outcome();
 }
@@ -445,7 +446,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   if (actors) run.actors = actors->outcome();
   run.alerts = alerts.outcome();
   run.losses = options.losses;
-  if (!options.zones.empty()) judge_zones(options.zones, scenario, &run);
+  if (!options.zones.empty()) judge_zones(options.zones, scenario, bg->shape, &run);
   return run;
 }
 

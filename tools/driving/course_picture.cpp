@@ -233,9 +233,25 @@ bool has_feature(const CoursePicture& picture, const sim::Feature::Kind* kind) {
                      [kind](const sim::Feature& f) { return kind == nullptr || f.kind == *kind; });
 }
 
-bool has_zone(const CoursePicture& picture, ZoneKind kind) {
-  return std::any_of(picture.zones_world.begin(), picture.zones_world.end(),
-                     [kind](const CoursePicture::ZoneBorder& z) { return z.kind == kind; });
+/// A border of this kind is in view.
+bool shows_zone(const CoursePicture& picture, const View& view, ZoneKind kind) {
+  constexpr int kSamples = 64;  // of an edge
+  const auto visible = [&view](const std::vector<Vec2>& ring) {
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const Vec2 edge = ring[(k + 1) % ring.size()] - ring[k];
+      for (int s = 0; s < kSamples; ++s) {
+        const Vec2 p = ring[k] + static_cast<double>(s) / kSamples * edge;
+        if ((p.array() > view.low_world.array()).all() &&
+            (p.array() < view.high_world.array()).all()) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
+  return std::any_of(
+      picture.zones_world.begin(), picture.zones_world.end(),
+      [&](const CoursePicture::ZoneBorder& z) { return z.kind == kind && visible(z.ring_world); });
 }
 
 /// Two rows under the map, and a third one if there are features or zones.
@@ -307,7 +323,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
   for (const auto& [kind, name] :
        {std::pair{ZoneKind::kFence, "fence"}, std::pair{ZoneKind::kKeepOut, "keep-out"},
         std::pair{ZoneKind::kSpeed, "speed zone"}}) {
-    if (!has_zone(picture, kind)) continue;
+    if (!shows_zone(picture, view, kind)) continue;
     fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"30\" height=\"12\" {}/>", x,
                    third - 6.0, style_of(kind));
     label(38.0, third, name, 70.0);

@@ -80,11 +80,9 @@ std::string to_geojson(const std::vector<Zone>& zones, const LocalFrame& world) 
 
 void ZoneJudge::note(const Pose& T_world_vehicle) {
   if (!outcome_.judged) return;
-  constexpr double kExact_m = 30.0;
-  static const bg::Body body(bg::Shape(), kExact_m);
   const Vec3 ahead = T_world_vehicle.q * Vec3::UnitX();
   const double clearance_m = bg::zone_clearance(
-      zones_, body,
+      zones_, body_,
       {T_world_vehicle.p.x(), T_world_vehicle.p.y(), std::atan2(ahead.y(), ahead.x()), 0.0});
   outcome_.least_clearance_m = std::min(outcome_.least_clearance_m, clearance_m);
   outcome_.entries += clearance_m < 0.0 && !inside_ ? 1 : 0;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "modules/bg/body.h"
 #include "rcs/base/geodesy.h"
 #include "rcs/base/linear.h"
 #include "rcs/base/pose.h"
@@ -29,12 +30,17 @@ struct ZoneOutcome {
 
 class ZoneJudge {
  public:
-  explicit ZoneJudge(const Zones& zones) : zones_(zones) { outcome_.judged = !zones.empty(); }
+  /// @param shape  of the vehicle
+  ZoneJudge(const Zones& zones, const bg::Shape& shape) : zones_(zones), body_(shape, kExact_m) {
+    outcome_.judged = !zones.empty();
+  }
   void note(const Pose& T_world_vehicle);
   [[nodiscard]] const ZoneOutcome& outcome() const { return outcome_; }
 
  private:
+  static constexpr double kExact_m = 30.0;  // larger clearances need not be exact
   const Zones& zones_;
+  bg::Body body_;
   ZoneOutcome outcome_;
   bool inside_ = false;
 };

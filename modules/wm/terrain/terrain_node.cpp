@@ -101,6 +101,7 @@ void TerrainDesk::mark_motion() {
   map_patch_t& m = patch_;
   const double from_s = 1e-6 * static_cast<double>(m.utime);
   const double for_s = grid_.params().motion_s;
+  const auto step_cm = static_cast<std::int16_t>(std::lround(100.0 * grid_.params().upright_m));
   for (const MovingObject& o : moving_.objects()) {
     if (!o.moves) continue;
     const double reach_m =
@@ -115,10 +116,12 @@ void TerrainDesk::mark_motion() {
       for (int i = first(o.p.x(), m.first_i); i <= last(o.p.x(), m.first_i, m.width); ++i) {
         const Vec2 centre = m.cell_m * Vec2(m.first_i + i + 0.5, m.first_j + j + 0.5);
         if (o.distance(centre, from_s, for_s) > kObjectMargin_m) continue;
-        auto& flags = m.flags[static_cast<std::size_t>(j) * static_cast<std::size_t>(m.width) +
-                              static_cast<std::size_t>(i)];
-        flags = static_cast<std::uint8_t>((flags | map_patch_t::FLAG_OBSTACLE) &
-                                          ~map_patch_t::FLAG_UNKNOWN);
+        const std::size_t k = static_cast<std::size_t>(j) * static_cast<std::size_t>(m.width) +
+                              static_cast<std::size_t>(i);
+        m.flags[k] = static_cast<std::uint8_t>((m.flags[k] | map_patch_t::FLAG_OBSTACLE) &
+                                               ~map_patch_t::FLAG_UNKNOWN);
+        // Of what will be there: BG drives over low steps on its way back.
+        m.step_cm[k] = std::max(m.step_cm[k], step_cm);
       }
     }
   }

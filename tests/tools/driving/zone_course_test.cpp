@@ -52,7 +52,7 @@ TEST(ZoneCourse, TheJudgeCountsEachEntryOfTheOutline) {
         "box",
         0.0,
         {{{Vec2(10.0, -5.0), Vec2(20.0, -5.0), Vec2(20.0, 5.0), Vec2(10.0, 5.0)}, {}}}}});
-  ZoneJudge judge(zones);
+  ZoneJudge judge(zones, bg::Shape());
   const auto at = [&judge](double x_m) { judge.note({Quat::Identity(), Vec3(x_m, 0.0, 0.0)}); };
   for (double x = 0.0; x < 8.0; x += 0.1) at(x);
   EXPECT_EQ(judge.outcome().entries, 0);
