@@ -70,10 +70,10 @@ class Estimator {
   [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
   /// Source status, delayed by the lag of the history.
   [[nodiscard]] const Trust& trust() const { return trust_; }
-  /// Number of steps of all clocks that were detected.
-  /// Silences of all inputs, too long to predict, after which no rolling map that went on has
+  /// Silences of all inputs, too long to predict, after which no rolling map that continued has
   /// placed the vehicle: frame local does not continue over them.
   [[nodiscard]] int local_breaks() const { return local_breaks_; }
+  /// Number of steps of all clocks that were detected.
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
   /// Number of times that the solution was lost and began again.
   [[nodiscard]] int losses() const { return losses_; }
