@@ -36,7 +36,9 @@ struct Smoothing {
     }
     return path;
   }
-  void smooth(Path* path) const { bg::smooth(body, obstacles, shape, weights.margin_m, path); }
+  void smooth(Path* path, const std::optional<Goal>& through = std::nullopt) const {
+    bg::smooth(body, obstacles, shape, weights, through, path);
+  }
 };
 
 // Largest change of the curvature within 2.4 m, as the planned speeds are limited by it.
@@ -107,6 +109,58 @@ TEST(PathSmoothing, KeepsTheMarginAndTheCurvatureOfTheVehicle) {
     smoothed += steering(path) < 0.9 * steering(before) ? 1 : 0;
   }
   EXPECT_GT(smoothed, 20);
+}
+
+double sharpest(const Path& path) {
+  double out = 0.0;
+  for (const PathPoint& p : path) out = std::max(out, std::abs(p.place.curvature_1pm));
+  return out;
+}
+
+// Around an obstacle 10 m ahead and back, as the search drives it: by half of the curvature.
+const std::vector<double> kSwerve = {0.0, 0.0, 0.5, 0.5, 0.0, 0.0, -0.5, -0.5, -0.5, -0.5,
+                                     0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0,  0.0,  0.0,  0.0};
+
+TEST(PathSmoothing, AWideSwerveOnOpenGroundBecomesAGentleCurve) {
+  const Smoothing s(level_field(128, [](double, double) { return false; }));
+  Path path = s.arcs(kSwerve);
+  const double before_1pm = sharpest(path);
+  s.smooth(&path);
+  EXPECT_LT(sharpest(path), 0.6 * before_1pm);
+}
+
+TEST(PathSmoothing, AGentleCurveCostsNoClearanceThatSlowsTheVehicleDown) {
+  // The obstacle is where a gentler curve would lead.
+  const Smoothing s(
+      level_field(128, [](double x, double y) { return std::hypot(x - 8.0, y + 1.5) < 0.5; }));
+  const Path before = s.arcs(kSwerve);
+  Path path = before;
+  s.smooth(&path);
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const double least_m = std::min(s.weights.margin_m, before[k].clearance_m - 0.021);
+    EXPECT_GE(s.body.clearance(s.obstacles, path[k].place), least_m) << k;
+  }
+}
+
+TEST(PathSmoothing, ContinuesToLeadThroughAGoal) {
+  const Smoothing s(level_field(128, [](double, double) { return false; }));
+  const Path before = s.arcs(kSwerve);
+  const Place& top = before[24].place;  // of the swerve
+  const Goal goal{top.x_m, top.y_m + 0.3, 0.8};
+  const auto nearest_m = [&goal](const Path& path) {
+    double out = 1e9;
+    for (const PathPoint& p : path) {
+      out = std::min(out, std::hypot(p.place.x_m - goal.x_m, p.place.y_m - goal.y_m));
+    }
+    return out;
+  };
+  Path freely = before;
+  s.smooth(&freely);
+  EXPECT_GT(nearest_m(freely), 0.8 * goal.radius_m);
+  Path through = before;
+  s.smooth(&through, goal);
+  EXPECT_LE(nearest_m(through), 0.8 * goal.radius_m);
+  EXPECT_LT(steering(through), steering(before));
 }
 
 TEST(PathSmoothing, LegsBackAndShortLegsStay) {

@@ -58,6 +58,25 @@ TopView::Nav view_nav(const nav_state_t& m) {
   return nav;
 }
 
+TopView::Status view_status(const status_t& m, Duration heard) {
+  return {heard,
+          std::string(status_name(m.status)),
+          printable(m.state),
+          printable(m.reason),
+          m.echo_serial,
+          printable(m.issuer),
+          std::string(emergency_stop_name(m.emergency_stop))};
+}
+
+TopView::Routes view_routes(const routes_t& m, Duration heard) {
+  TopView::Routes routes{heard, m.route.size(), m.alert_limit_m, std::nullopt};
+  for (const route_t& r : m.route) {
+    if (r.verdict != route_t::VERDICT_CHOSEN) continue;
+    routes.chosen = TopView::Routes::Chosen{r.length_m, r.time_s, r.level_max_m};
+  }
+  return routes;
+}
+
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -156,6 +175,10 @@ void TopModel::on_fix(const gps_fix_t& m, Stamp arrival) { fix_ = {arrival, m}; 
 
 void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival, m}; }
 
+void TopModel::on_mission(const status_t& m, Stamp arrival) { mission_ = {arrival, m}; }
+
+void TopModel::on_routes(const routes_t& m, Stamp arrival) { routes_ = {arrival, m}; }
+
 void TopModel::view_work(NodeState* n) const {
   TopView::Node& f = n->metrics;
   f.used_p50 = f.used_p99 = f.used_max = f.min_slack = std::nullopt;
@@ -226,16 +249,9 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
     view.fix = TopView::Fix{now - fix_->arrival, std::string(gps_fix_name(fix_->message.fix_type)),
                             fix_->message.satellites};
   }
-  if (status_) {
-    const status_t& m = status_->message;
-    view.status = TopView::Status{now - status_->arrival,
-                                  std::string(status_name(m.status)),
-                                  printable(m.state),
-                                  printable(m.reason),
-                                  m.echo_serial,
-                                  printable(m.issuer),
-                                  std::string(emergency_stop_name(m.emergency_stop))};
-  }
+  if (status_) view.status = view_status(status_->message, now - status_->arrival);
+  if (mission_) view.mission = view_status(mission_->message, now - mission_->arrival);
+  if (routes_) view.routes = view_routes(routes_->message, now - routes_->arrival);
   for (const Heard<event_t>& e : events_) {
     const std::optional<Duration> of_run =
         run_start ? std::optional<Duration>(e.arrival - *run_start) : std::nullopt;

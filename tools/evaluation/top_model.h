@@ -15,6 +15,7 @@
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "lcmtypes/rcs/routes_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
 
@@ -122,6 +123,18 @@ struct TopView {
     std::string issuer;
     std::string emergency_stop;  ///< "none", "LATCHED", ...
   };
+  /// The last choice of the mission.
+  struct Routes {
+    Duration heard{};
+    std::size_t candidates = 0;
+    double alert_limit_m = 0.0;
+    struct Chosen {
+      double length_m = 0.0;
+      double time_s = 0.0;
+      double level_max_m = 0.0;  ///< if GPS fails at its start; infinite: not predicted
+    };
+    std::optional<Chosen> chosen;
+  };
   struct Event {
     Duration age{};
     std::optional<Duration> of_run;  ///< since the start of the first node that is alive
@@ -136,7 +149,9 @@ struct TopView {
   std::optional<Nav> nav;
   std::optional<Integrity> integrity;
   std::optional<Fix> fix;
-  std::optional<Status> status;
+  std::optional<Status> status;   ///< of bg
+  std::optional<Status> mission;  ///< of the mission
+  std::optional<Routes> routes;
   std::vector<Event> events;                      ///< newest first
   std::map<std::string, std::int64_t> malformed;  ///< messages by channel, as subscribed
 };
@@ -158,6 +173,8 @@ class TopModel {
   void on_integrity(const integrity_t& m, Stamp arrival);
   void on_fix(const gps_fix_t& m, Stamp arrival);
   void on_status(const status_t& m, Stamp arrival);
+  void on_mission(const status_t& m, Stamp arrival);
+  void on_routes(const routes_t& m, Stamp arrival);
   void on_malformed(std::string_view channel) { ++malformed_[std::string(channel)]; }
 
   /// @param now_utime  wall clock at `now`; 0: unknown
@@ -200,6 +217,8 @@ class TopModel {
   std::optional<Heard<integrity_t>> integrity_;
   std::optional<Heard<gps_fix_t>> fix_;
   std::optional<Heard<status_t>> status_;
+  std::optional<Heard<status_t>> mission_;
+  std::optional<Heard<routes_t>> routes_;
   std::map<std::string, std::int64_t> malformed_;
 };
 

@@ -196,6 +196,43 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   EXPECT_EQ(json["nodes"][0]["node"], "sp");
 }
 
+TEST(TopScreen, ShowsTheMissionAndTheRouteThatItHasChosen) {
+  evaluation::TopModel model = run_for(1.0);
+  status_t status{};
+  status.status = status_t::STATUS_EXEC;
+  status.state = "DRIVING_NO_GPS";
+  status.echo_serial = 7;
+  status.issuer = "operator";
+  model.on_mission(status, stamp_at(0.4));
+  routes_t routes{};
+  routes.alert_limit_m = 5.0;
+  route_t dearer{};
+  dearer.verdict = route_t::VERDICT_DEARER;
+  route_t chosen{};
+  chosen.verdict = route_t::VERDICT_CHOSEN;
+  chosen.length_m = 812.4;
+  chosen.time_s = 201.0;
+  chosen.level_max_m = 3.25;
+  routes.route = {dearer, chosen};
+  routes.n = 2;
+  model.on_routes(routes, stamp_at(0.0));
+  const std::string text = text_of(&model, stamp_at(1.0));
+  EXPECT_THAT(text, HasSubstr("mission EXEC DRIVING_NO_GPS: command 7 of operator, 0.60 s ago\n"));
+  EXPECT_THAT(text, HasSubstr("  route: 812 m, 201 s, at most 3.2 m without GPS (limit 5.0 m); of "
+                              "2 candidates, 1.00 s ago\n"));
+  const nlohmann::ordered_json json = to_json(model.view(stamp_at(1.0)));
+  EXPECT_EQ(json["mission"]["state"], "DRIVING_NO_GPS");
+  EXPECT_EQ(json["routes"]["candidates"], 2);
+  EXPECT_EQ(json["routes"]["chosen"]["length_m"], 812.4);
+
+  routes.route[1].verdict = route_t::VERDICT_ABOVE_LIMIT;
+  model.on_routes(routes, stamp_at(5.0));
+  const std::string later = text_of(&model, stamp_at(5.0));
+  EXPECT_THAT(later, HasSubstr("SILENT 4.60 s"));
+  EXPECT_THAT(later, HasSubstr("  route: none of 2 candidates, 0.00 s ago\n"));
+  EXPECT_TRUE(to_json(model.view(stamp_at(5.0)))["routes"]["chosen"].is_null());
+}
+
 TEST(TopScreen, ShowsPositionAndHeadingOfTheVehicle) {
   evaluation::TopModel model = run_for(1.0);
   nav_state_t nav{};

@@ -46,7 +46,9 @@ struct Taps {
         nav(tap(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav)),
         integrity(tap(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity)),
         fix(tap(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix)),
-        status(tap(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status)) {}
+        status(tap(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status)),
+        mission(tap(bus, channel::kMissionStatus, model, &evaluation::TopModel::on_mission)),
+        routes(tap(bus, channel::kMissionRoutes, model, &evaluation::TopModel::on_routes)) {}
 
   Tap<process_t> process;
   Tap<cycle_t> cycle;
@@ -55,6 +57,8 @@ struct Taps {
   Tap<integrity_t> integrity;
   Tap<gps_fix_t> fix;
   Tap<status_t> status;
+  Tap<status_t> mission;
+  Tap<routes_t> routes;
 };
 
 /// The terminal as a screen without echo; restored at the end.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "lcmtypes/channels.h"
@@ -172,16 +173,39 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
   if (alert) lines->push_back({"  alerts: " + alerts, Style::kAlarm});
 }
 
-void append_status(const evaluation::TopView::Status& s, std::vector<TopLine>* lines) {
-  const bool stopped = s.emergency_stop != "none";
+void append_status(const char* node, const evaluation::TopView::Status& s, const char* suffix,
+                   std::vector<TopLine>* lines) {
+  const bool silent = s.heard > evaluation::TopModel::kSilent;
   const std::string command = s.issuer.empty()
                                   ? "no command yet"
                                   : fmt::format("command {} of {}", s.echo_serial, s.issuer);
-  lines->push_back({fmt::format("bg {} {}: {}{}{}, {} ago{}", s.status, s.state, command,
-                                s.reason.empty() ? "" : ": ", s.reason, span(s.heard),
-                                stopped ? "" : "; no emergency stop"),
-                    s.status == "ERROR" ? Style::kAlarm : Style::kHead});
+  lines->push_back({fmt::format("{} {} {}: {}{}{}, {}{}{}", node, s.status, s.state, command,
+                                s.reason.empty() ? "" : ": ", s.reason, silent ? "SILENT " : "",
+                                span(s.heard), silent ? suffix : std::string(" ago") + suffix),
+                    s.status == "ERROR" || silent ? Style::kAlarm : Style::kHead});
+}
+
+void append_bg(const evaluation::TopView::Status& s, std::vector<TopLine>* lines) {
+  const bool stopped = s.emergency_stop != "none";
+  append_status("bg", s, stopped ? "" : "; no emergency stop", lines);
   if (stopped) lines->push_back({"  emergency stop: " + s.emergency_stop, Style::kAlarm});
+}
+
+void append_mission(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  append_status("mission", *view.mission, "", lines);
+  if (!view.routes) return;
+  const evaluation::TopView::Routes& r = *view.routes;
+  const std::string of = fmt::format("of {} candidates, {} ago", r.candidates, span(r.heard));
+  if (!r.chosen) {
+    lines->push_back({fmt::format("  route: none {}", of), Style::kWarning});
+    return;
+  }
+  const std::string level = std::isfinite(r.chosen->level_max_m)
+                                ? fmt::format("at most {:.1f} m without GPS (limit {:.1f} m)",
+                                              r.chosen->level_max_m, r.alert_limit_m)
+                                : "level not predicted";
+  lines->push_back({fmt::format("  route: {:.0f} m, {:.0f} s, {}; {}", r.chosen->length_m,
+                                r.chosen->time_s, level, of)});
 }
 
 /// @param first, last  events to append
@@ -273,6 +297,30 @@ nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
           {"accepted_age_ms", ages}};
 }
 
+nlohmann::ordered_json json_status(const evaluation::TopView::Status& s) {
+  return {{"age_ms", milliseconds(s.heard)},
+          {"status", s.status},
+          {"state", s.state},
+          {"reason", s.reason},
+          {"echo_serial", s.echo_serial},
+          {"issuer", s.issuer}};
+}
+
+nlohmann::ordered_json json_routes(const evaluation::TopView::Routes& r) {
+  nlohmann::ordered_json out = {{"age_ms", milliseconds(r.heard)},
+                                {"candidates", r.candidates},
+                                {"alert_limit_m", r.alert_limit_m},
+                                {"chosen", nullptr}};
+  if (r.chosen) {
+    out["chosen"] = {{"length_m", r.chosen->length_m},
+                     {"time_s", r.chosen->time_s},
+                     {"level_max_m", std::isfinite(r.chosen->level_max_m)
+                                         ? nlohmann::ordered_json(r.chosen->level_max_m)
+                                         : nlohmann::ordered_json()}};
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<TopLine> top_lines(const evaluation::TopView& view) {
@@ -281,7 +329,8 @@ std::vector<TopLine> top_lines(const evaluation::TopView& view) {
   if (view.nodes.empty()) lines.push_back({"no node on this bus", Style::kAlarm});
   if (view.nav) append_nav(view, &lines);
   if (view.integrity) append_integrity(*view.integrity, &lines);
-  if (view.status) append_status(*view.status, &lines);
+  if (view.mission) append_mission(view, &lines);
+  if (view.status) append_bg(*view.status, &lines);
   if (!view.nodes.empty()) append_nodes(view, &lines);
   for (const auto& [channel, count] : view.malformed) {
     lines.push_back(
@@ -325,15 +374,9 @@ nlohmann::ordered_json to_json(const evaluation::TopView& view) {
                                 {"malformed", view.malformed}};
   for (const evaluation::TopView::Node& n : view.nodes) out["nodes"].push_back(json_node(n));
   if (view.nav) out["nav"] = json_nav(*view.nav);
-  if (view.status) {
-    const evaluation::TopView::Status& s = *view.status;
-    out["bg"] = {{"age_ms", milliseconds(s.heard)},
-                 {"status", s.status},
-                 {"state", s.state},
-                 {"reason", s.reason},
-                 {"echo_serial", s.echo_serial},
-                 {"issuer", s.issuer}};
-  }
+  if (view.status) out["bg"] = json_status(*view.status);
+  if (view.mission) out["mission"] = json_status(*view.mission);
+  if (view.routes) out["routes"] = json_routes(*view.routes);
   out["events"] = nlohmann::ordered_json::array();
   for (const evaluation::TopView::Event& e : view.events) {
     out["events"].push_back({{"age_ms", milliseconds(e.age)},
