@@ -7,6 +7,11 @@
 namespace rcs::gateway {
 namespace {
 
+// The mission runs once a second.
+constexpr Duration kMissionResend = from_seconds(1.5);
+constexpr int kMissionSends = 4;
+constexpr Duration kMissionSilence = from_seconds(3.0);
+
 void read_nodes(ParamTable* table, GatewayConfig* c) {
   table->get("nodes", &c->nodes,
              "Nodes whose status is published as NodeStatus, besides the gateway's own.");
@@ -42,7 +47,8 @@ void read_limits(ParamTable table, Limits* p) {
   }
 }
 
-void read_commands(ParamTable table, ArbiterParams* p, CommandPortParams* port) {
+void read_commands(ParamTable table, ArbiterParams* p, CommandPortParams* port,
+                   CommandPortParams* mission) {
   table.get_ms("refresh_ms", &p->refresh, {100, 10000},
                "Interval at which the command in force is renewed to BG.");
   table.get_ms("valid_for_ms", &p->valid_for, {200, 30000},
@@ -53,6 +59,8 @@ void read_commands(ParamTable table, ArbiterParams* p, CommandPortParams* port) 
                "engaged again.");
   table.get_ms("bg_silence_ms", &port->silence, {100, 60000},
                "Silence of BG's status after which a command counts as failed.");
+  table.get_ms("mission_silence_ms", &mission->silence, {1100, 60000},
+               "Silence of the mission's status after which a task counts as failed.");
   if (p->valid_for <= p->refresh) {
     table.fail("valid_for_ms", "must be more than refresh_ms: else the vehicle stops in between");
   }
@@ -112,8 +120,13 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
                  "Silence after which a node is published as not alive.");
   read_nodes(&gateway, &c);
   dds::read_network(&gateway, &c.dds.network, "DDS domain of the gateway.");
+  gateway.get(
+      "tasks", &c.arbiter.limits.tasks,
+      "Commands of operators are tasks of the node mission, which must run, and not commands "
+      "of BG. Emergency stops are BG's in both cases.");
   read_limits(gateway.table("limits"), &c.arbiter.limits);
-  read_commands(gateway.table("commands"), &c.arbiter, &c.port);
+  c.mission_port = {kMissionResend, kMissionSends, kMissionSilence};
+  read_commands(gateway.table("commands"), &c.arbiter, &c.port, &c.mission_port);
   read_security(file, &gateway, &c);
 
   if (Outcome read_all = file.finish(tables_but({"gateway"})); !read_all) return read_all.error();

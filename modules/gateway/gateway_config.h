@@ -25,7 +25,8 @@ struct GatewayConfig {
   DdsParams dds;
   BoardParams board;
   ArbiterParams arbiter;
-  CommandPortParams port;
+  CommandPortParams port;          ///< to BG
+  CommandPortParams mission_port;  ///< with arbiter.limits.tasks
 };
 
 /// Reads [gateway] and the name of the vehicle; ignores the tables of other nodes.

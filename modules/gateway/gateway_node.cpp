@@ -17,6 +17,7 @@ namespace {
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr char kSelf[] = "gateway";
 constexpr char kBg[] = "bg";
+constexpr char kMission[] = "mission";
 
 std::vector<std::string> board_names(const GatewayConfig& config) {
   std::vector<std::string> names = config.nodes;
@@ -53,6 +54,10 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       report_(bus, config.info.name, kReportInterval),
       board_(board_names(config), config.board),
       arbiter_(config.arbiter) {
+  if (config.arbiter.limits.tasks) {
+    mission_.emplace(bus, channel::kMissionCommand, channel::kBgStop, channel::kMissionStatus,
+                     kSelf, config.mission_port);
+  }
   for (std::size_t i = 0; i < board_.size(); ++i) {
     node_inboxes_.emplace_back(bus, board_.name(i));
   }
@@ -62,6 +67,7 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
 
 std::vector<const InboxBase*> GatewayNode::inboxes() const {
   std::vector<const InboxBase*> all = {&nav_states_, &port_.inbox()};
+  if (mission_) all.push_back(&mission_->inbox());
   for (const NodeInbox& i : node_inboxes_) {
     all.push_back(&i.cycles);
     all.push_back(&i.processes);
@@ -136,14 +142,21 @@ void GatewayNode::take_node(std::size_t i, Stamp now) {
   }
   if (board_.name(i) == kSelf) return;
   facts.state = board_.alive(i, now) ? "running" : "silent";
-  const status_t* const bg = board_.name(i) == kBg ? port_.status() : nullptr;
-  if (bg == nullptr) return;
-  if (port_.inbox().account().received != bg_heard_) board_.hear(i, now);
-  bg_heard_ = port_.inbox().account().received;
+  if (board_.name(i) == kBg) take_status(i, port_, &bg_heard_, now);
+  if (board_.name(i) == kMission && mission_) take_status(i, *mission_, &mission_heard_, now);
+}
+
+void GatewayNode::take_status(std::size_t i, const CommandPort& port, std::int64_t* heard,
+                              Stamp now) {
+  const status_t* const status = port.status();
+  if (status == nullptr) return;
+  if (port.inbox().account().received != *heard) board_.hear(i, now);
+  *heard = port.inbox().account().received;
   if (!board_.alive(i, now)) return;
-  facts.state = bg->state;
-  facts.reason = bg->reason;
-  facts.degrade_level = bg->degrade_level;
+  NodeFacts& facts = board_.facts(i);
+  facts.state = status->state;
+  facts.reason = status->reason;
+  facts.degrade_level = status->degrade_level;
 }
 
 // ---- operators -----------------------------------------------------------------------------
@@ -186,8 +199,10 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
 void GatewayNode::tell_vehicle(Stamp now) {
   using Phase = CommandArbiter::Phase;
   port_.step(now);
+  if (mission_) mission_->step(now);
   stop_listed_ = stop_listed_ || port_.lists_mine();
-  const CommandProgress current = port_.progress(now);
+  const bool of_mission = mission_ && arbiter_.phase() == Phase::kGoto;
+  const CommandProgress current = of_mission ? mission_->progress(now) : port_.progress(now);
   Progress progress = Progress::kUnderway;
   if (current.state == CommandProgress::State::kDone) progress = Progress::kDone;
   if (current.state == CommandProgress::State::kError) {
@@ -216,7 +231,16 @@ void GatewayNode::tell_vehicle(Stamp now) {
   Command command = to_command(action ? *action : stop);
   command.stop = stop_;
   if (command.kind == command_t::KIND_RELEASE) command.released = port_.listed_stops(kSelf);
-  (void)port_.send(command, now);
+  send(command, now);
+}
+
+void GatewayNode::send(const Command& command, Stamp now) {
+  const bool halts = command.kind == command_t::KIND_HALT;
+  const bool of_stop =
+      command.kind == command_t::KIND_EMERGENCY_STOP || command.kind == command_t::KIND_RELEASE;
+  if (mission_ && !of_stop) (void)mission_->send(command, now);
+  // A halt goes to BG, too, which acts on it sooner.
+  if (!mission_ || halts || of_stop) (void)port_.send(command, now);
 }
 
 void GatewayNode::report_phase(Stamp now) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -39,11 +40,15 @@ class GatewayNode final : public Node {
   void report_start(Stamp now);
   void take_nodes(Stamp now);
   void take_node(std::size_t i, Stamp now);
+  /// State and reason of a node that has a superior, from its status.
+  void take_status(std::size_t i, const CommandPort& port, std::int64_t* heard, Stamp now);
   void take_stops(Stamp now);
   void take_commands(Stamp now);
   void refuse(Refusal refusal, std::string_view topic, std::string_view operator_id,
               std::int64_t command_id, Stamp now);
   void tell_vehicle(Stamp now);
+  /// Sends a command to BG, or to the mission if it is a task.
+  void send(const Command& command, Stamp now);
   void report_phase(Stamp now);
   void send_state(Stamp now);
   void describe_self(Stamp now);
@@ -56,15 +61,17 @@ class GatewayNode final : public Node {
 
   Inbox<nav_state_t> nav_states_;
   std::deque<NodeInbox> node_inboxes_;  // in the order of board_
-  CommandPort port_;
+  CommandPort port_;                    // to BG
+  std::optional<CommandPort> mission_;  // for tasks
   Report report_;
 
   NodeBoard board_;  // the last row is the gateway itself
   CommandArbiter arbiter_;
   std::int64_t refused_ = 0;  // so far
   std::string last_refusal_;
-  std::string failure_;         // reason reported by BG
-  std::int64_t bg_heard_ = 0;   // messages of BG so far
+  std::string failure_;        // reason reported by BG
+  std::int64_t bg_heard_ = 0;  // messages of BG so far
+  std::int64_t mission_heard_ = 0;
   bool started_ = false;        // the start has been reported
   std::int64_t stop_ = 0;       // number of the stop that was sent last
   bool was_stopped_ = false;    // in the last cycle

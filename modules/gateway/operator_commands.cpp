@@ -31,7 +31,9 @@ std::string_view text(Refusal refusal) {
       "the command_id is older than the last one, or has ended",
       "the content differs under the same command_id",
       "unknown kind",
+      "a task, but the gateway of this vehicle commands no mission",
       "unknown frame",
+      "a task that is not in frame WORLD",
       "valid_for out of range",
       "number of waypoints out of range",
       "a number is not finite",
@@ -54,12 +56,15 @@ Refusal check(const WaypointOrder& order, const Limits& limits) {
   if (!is_name(order.operator_id)) return Refusal::kOperator;
   if (!is_command_id(order.command_id)) return Refusal::kCommandId;
   if (order.kind == kKindHalt) return Refusal::kNone;
-  if (order.kind != kKindGoto) return Refusal::kKind;
+  if (order.kind < kKindGoto || order.kind > kKindReturn) return Refusal::kKind;
+  if (order.kind != kKindGoto && !limits.tasks) return Refusal::kNoMission;
   if (order.frame != kFrameWorld && order.frame != kFrameLocal) return Refusal::kFrame;
   if (order.valid_for < limits.min_valid_for || order.valid_for > limits.max_valid_for) {
     return Refusal::kValidFor;
   }
   const std::size_t n = order.waypoints.size();
+  if (order.kind == kKindReturn) return n == 0 ? Refusal::kNone : Refusal::kCount;
+  if (limits.tasks && order.frame != kFrameWorld) return Refusal::kTaskFrame;
   if (n < 1 || n > static_cast<std::size_t>(limits.max_waypoints)) return Refusal::kCount;
   for (const Waypoint& w : order.waypoints) {
     if (const Refusal refusal = check(w, limits); refusal != Refusal::kNone) return refusal;

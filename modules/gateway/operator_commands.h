@@ -23,6 +23,8 @@ struct Waypoint {
 constexpr std::int64_t kMaxCommandId = 4'102'444'800'000'000;
 constexpr int kKindHalt = 0;
 constexpr int kKindGoto = 1;
+constexpr int kKindFollow = 2;
+constexpr int kKindReturn = 3;
 constexpr int kFrameWorld = 0;
 constexpr int kFrameLocal = 1;
 
@@ -42,6 +44,7 @@ struct StopOrder {
 };
 
 struct Limits {
+  bool tasks = false;                          ///< commands are tasks of the mission
   int max_waypoints = 64;                      ///< of one command
   Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be renewed in time
   Duration max_valid_for =
@@ -59,7 +62,9 @@ enum class Refusal {
   kStale,
   kChanged,
   kKind,
+  kNoMission,
   kFrame,
+  kTaskFrame,
   kValidFor,
   kCount,
   kNotFinite,
@@ -69,7 +74,7 @@ enum class Refusal {
   kStopped,
   kHeld,
 };
-constexpr std::size_t kRefusals = 15;
+constexpr std::size_t kRefusals = 17;
 
 [[nodiscard]] std::string_view text(Refusal refusal);
 

@@ -100,11 +100,14 @@ StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_f
 Command to_command(const Action& action) {
   constexpr std::int8_t kKinds[] = {command_t::KIND_HALT, command_t::KIND_GOTO,
                                     command_t::KIND_EMERGENCY_STOP, command_t::KIND_RELEASE};
+  constexpr std::int8_t kOrders[] = {command_t::KIND_HALT, command_t::KIND_GOTO,
+                                     command_t::KIND_FOLLOW, command_t::KIND_RETURN};
   static_assert(kFrameWorld == command_t::FRAME_WORLD && kFrameLocal == command_t::FRAME_LOCAL);
   Command out;
   out.kind = kKinds[static_cast<std::size_t>(action.kind)];
   out.valid_for = action.valid_for;
   if (action.order == nullptr) return out;
+  out.kind = kOrders[static_cast<std::size_t>(action.order->kind)];
   out.frame = static_cast<std::int8_t>(action.order->frame);
   // A restarted gateway continues with the commands that its operators repeat.
   out.task = action.order->command_id;

@@ -3,14 +3,17 @@
 //
 //   dds_client [OPTION...] watch SECONDS         prints VehicleState and NodeStatus
 //   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
-//   dds_client [OPTION...] halt|stop|release ID SECONDS
-//   dds_client [OPTION...] stops COUNT           stop, 1 s later release, and so on; prints the time
+//   dds_client [OPTION...] follow ID SECONDS X Y [X Y...]
+//   dds_client [OPTION...] return|halt|stop|release ID SECONDS
+//   dds_client [OPTION...] stops COUNT           stop, 1 s later release, and so on; prints the
+//   time
 //                                               of each stop by CLOCK_MONOTONIC [us]
 //   dds_client [OPTION...] flood SECONDS         commands of 300 operators and releases of ever new
 //                                               ones, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
 // -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
-// Exit status: 0 done; 1 no vehicle has received it; 2 wrong usage; 3 DDS could not create an entity.
+// Exit status: 0 done; 1 no vehicle has received it; 2 wrong usage; 3 DDS could not create an
+// entity.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -143,8 +146,9 @@ static int repeat(dds_entity_t w, const void* sample, double seconds) {
     printf("written: %s, readers %u\n", dds_strretcode(-rc), matched.current_count);
     if (readers == 0 && !told && dds_time() - begin > DDS_SECS(2)) {
       told = 1;
-      printf("no vehicle receives this: none is reachable, or this identity has expired, was revoked "
-             "or is of another authority (`rcs keys` lists the ends)\n");
+      printf(
+          "no vehicle receives this: none is reachable, or this identity has expired, was revoked "
+          "or is of another authority (`rcs keys` lists the ends)\n");
     }
     fflush(stdout);
     dds_sleepfor(DDS_MSECS(200));
@@ -154,8 +158,8 @@ static int repeat(dds_entity_t w, const void* sample, double seconds) {
   return readers > 0 || matched.total_count > 0 ? 0 : 1;
 }
 
-static int command(dds_entity_t participant, const struct options* o, bool go, char** args,
-                   int n_args) {
+static int command(dds_entity_t participant, const struct options* o, rcs_CommandKind kind,
+                   char** args, int n_args) {
   rcs_WaypointCommand c;
   rcs_Waypoint waypoints[MAX_WAYPOINTS];
   memset(&c, 0, sizeof c);
@@ -163,7 +167,7 @@ static int command(dds_entity_t participant, const struct options* o, bool go, c
   snprintf(c.vehicle, sizeof c.vehicle, "%s", o->vehicle);
   snprintf(c.operator_id, sizeof c.operator_id, "%s", o->operator_id);
   c.command_id = strtoll(args[0], NULL, 10);
-  c.kind = go ? rcs_COMMAND_GOTO : rcs_COMMAND_HALT;
+  c.kind = kind;
   c.frame = rcs_FRAME_WORLD;
   c.valid_for_ms = o->valid_for_ms;
   int n = (n_args - 2) / 2;
@@ -292,8 +296,14 @@ int main(int argc, char** argv) {
       made(dds_create_participant(o.domain, NULL, NULL), "participant");
   int status = 2;
   if (strcmp(what, "watch") == 0) status = watch(participant, strtod(args[0], NULL));
-  if (strcmp(what, "goto") == 0 && n >= 4) status = command(participant, &o, true, args, n);
-  if (strcmp(what, "halt") == 0 && n >= 2) status = command(participant, &o, false, args, n);
+  if (strcmp(what, "goto") == 0 && n >= 4)
+    status = command(participant, &o, rcs_COMMAND_GOTO, args, n);
+  if (strcmp(what, "follow") == 0 && n >= 4)
+    status = command(participant, &o, rcs_COMMAND_FOLLOW, args, n);
+  if (strcmp(what, "return") == 0 && n >= 2)
+    status = command(participant, &o, rcs_COMMAND_RETURN, args, n);
+  if (strcmp(what, "halt") == 0 && n >= 2)
+    status = command(participant, &o, rcs_COMMAND_HALT, args, n);
   if (strcmp(what, "stop") == 0 && n >= 2) status = stop(participant, &o, true, args);
   if (strcmp(what, "release") == 0 && n >= 2) status = stop(participant, &o, false, args);
   if (strcmp(what, "stops") == 0) status = stops(participant, &o, atoi(args[0]));

@@ -25,7 +25,9 @@ FakeVehicle::FakeVehicle()
       nav_states_(bus_.get(), channel::kWmNavState),
       wm_cycles_(bus_.get(), channel::kWmCycle),
       bg_(bus_.get(), "bg", channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
-          SubordinateParams{}) {
+          SubordinateParams{}),
+      mission_(bus_.get(), "mission", channel::kMissionCommand, channel::kBgStop,
+               channel::kMissionStatus, SubordinateParams{}) {
   nav_state_.mode = nav_state_t::MODE_GPS_INS_LADAR;
   nav_state_.pose_valid = 1;
   nav_state_.world_valid = 1;
@@ -81,6 +83,12 @@ void FakeVehicle::cycle(Stamp now) {
   report.stops = &latch_.stops();
   if (latch_.engaged()) report.emergency_stop = status_t::STOP_PERSISTED;
   bg_.report(now, report);
+
+  mission_.take(now);
+  if (mission_.is_new()) tasks_.push_back(*mission_.command());
+  const bool on_task = mission_.valid(now) && mission_.command()->kind != command_t::KIND_HALT;
+  mission_.report(now, {on_task ? status_t::STATUS_EXEC : status_t::STATUS_DONE,
+                        on_task ? "DRIVING" : "HOLDING", __LINE__, "", 0, 0});
 }
 
 bool FakeVehicle::has_taken(std::int8_t kind) const {

@@ -1,6 +1,6 @@
 #pragma once
 // The messages that the gateway receives on a vehicle's bus: from a WM with a valid pose, and from
-// a BG that executes commands.
+// a BG and a mission that execute commands.
 
 #include <functional>
 #include <memory>
@@ -36,6 +36,8 @@ class FakeVehicle {
   /// Every command that BG has accepted, once.
   [[nodiscard]] const std::vector<command_t>& commands() const { return commands_; }
   [[nodiscard]] bool has_taken(std::int8_t kind) const;
+  /// Every command that the mission has accepted, emergency stops included.
+  [[nodiscard]] const std::vector<command_t>& tasks() const { return tasks_; }
   /// BG has a command that is still valid.
   [[nodiscard]] bool commanded() const;
   /// An emergency stop is latched.
@@ -50,11 +52,13 @@ class FakeVehicle {
   Outbox<nav_state_t> nav_states_;
   Outbox<cycle_t> wm_cycles_;
   Subordinate bg_;
+  Subordinate mission_;
   StopLatch latch_;  // in memory
   PeriodicClock clock_{kPeriod};
   nav_state_t nav_state_{};
   cycle_t wm_cycle_{};
   std::vector<command_t> commands_;
+  std::vector<command_t> tasks_;
 };
 
 }  // namespace rcs::gateway::test

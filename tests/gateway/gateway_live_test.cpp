@@ -175,6 +175,46 @@ TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsSender)
       [&] { return vehicle_.commands().back().kind == command_t::KIND_GOTO; }, kPatience));
 }
 
+TEST_F(GatewayLive, TasksGoToTheMissionAndStopsToBg) {
+  start_gateway("[gateway]\nunsecured = true\ntasks = true\nnodes = [\"bg\", \"mission\"]\n");
+  const auto last_task = [&] {
+    return vehicle_.tasks().empty() ? -1 : static_cast<int>(vehicle_.tasks().back().kind);
+  };
+  const auto gets_task = [&](std::int8_t kind) {
+    return vehicle_.run_until([&] { return last_task() == kind; }, kPatience);
+  };
+  const auto follow = client({"follow", "1", "60", "10", "0", "20", "5"});
+  ASSERT_TRUE(gets_task(command_t::KIND_FOLLOW)) << gateway_->output();
+  EXPECT_EQ(vehicle_.tasks().back().waypoint.size(), 2U);
+  EXPECT_EQ(vehicle_.tasks().back().task, 1);
+  EXPECT_TRUE(vehicle_.commands().empty()) << "BG is commanded by the mission";
+  const auto watch = client({"watch", "2"});
+  ASSERT_TRUE(ends(watch.get()));
+  EXPECT_TRUE(watch->has_said("node demo3 mission alive 1 overruns 0 state \"DRIVING\""))
+      << watch->output();
+
+  follow->signal(SIGKILL);
+  const auto halt = client({"halt", "2", "1"});
+  ASSERT_TRUE(gets_task(command_t::KIND_HALT)) << gateway_->output();
+  EXPECT_TRUE(takes(command_t::KIND_HALT)) << "BG halts without waiting for the mission";
+  const auto back = client({"return", "3", "60"});
+  ASSERT_TRUE(gets_task(command_t::KIND_RETURN)) << gateway_->output();
+
+  const auto stop = client({"-o", "bob", "stop", "1", "0.5"});
+  ASSERT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  EXPECT_TRUE(gets_task(command_t::KIND_EMERGENCY_STOP)) << "the mission holds, too";
+  const auto release = client({"-o", "bob", "release", "2", "1"});
+  ASSERT_TRUE(takes(command_t::KIND_RELEASE)) << gateway_->output();
+  vehicle_.run_for(kWatch);
+  EXPECT_NE(last_task(), +command_t::KIND_RETURN) << "the old task must not resume by itself";
+}
+
+TEST_F(GatewayLive, ATaskForAVehicleWithoutMissionIsRejected) {
+  start_gateway(kUnsecured);
+  const auto back = client({"return", "1", "2"});
+  EXPECT_TRUE(says(gateway_.get(), std::string(text(Refusal::kNoMission)))) << gateway_->output();
+}
+
 TEST_F(GatewayLive, AStopEngagedWhileTheGatewayWasDownTakesEffect) {
   const auto stop = client({"stop", "1", "60"});
   start_gateway(kUnsecured);

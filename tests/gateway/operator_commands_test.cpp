@@ -54,11 +54,30 @@ TEST(OperatorCommands, CountTimeKindFrameAndIdAreBounded) {
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->valid_for = Duration(0); }), Refusal::kValidFor);
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->valid_for = from_seconds(3600.0); }),
             Refusal::kValidFor);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->kind = 2; }), Refusal::kKind);
+  EXPECT_EQ(refusal([](WaypointOrder* o) { o->kind = 4; }), Refusal::kKind);
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->kind = -1; }), Refusal::kKind);
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->frame = 2; }), Refusal::kFrame);
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->command_id = 0; }), Refusal::kCommandId);
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->command_id = -1; }), Refusal::kCommandId);
+}
+
+TEST(OperatorCommands, TasksNeedAMissionAndAreInFrameWorld) {
+  WaypointOrder follow = go_to("alice", 1);
+  follow.kind = kKindFollow;
+  WaypointOrder back = go_to("alice", 1);
+  back.kind = kKindReturn;
+  back.waypoints.clear();
+  EXPECT_EQ(check(follow, Limits{}), Refusal::kNoMission);
+  EXPECT_EQ(check(back, Limits{}), Refusal::kNoMission);
+  Limits tasks;
+  tasks.tasks = true;
+  EXPECT_EQ(check(follow, tasks), Refusal::kNone);
+  EXPECT_EQ(check(back, tasks), Refusal::kNone);
+  EXPECT_EQ(check(go_to("alice", 1), tasks), Refusal::kNone);
+  follow.frame = kFrameLocal;
+  EXPECT_EQ(check(follow, tasks), Refusal::kTaskFrame);
+  back.waypoints.resize(1);
+  EXPECT_EQ(check(back, tasks), Refusal::kCount);
 }
 
 TEST(OperatorCommands, AHaltIsRejectedForAnInvalidSenderOnly) {

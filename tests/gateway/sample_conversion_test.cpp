@@ -84,7 +84,7 @@ TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   c.frame = rcs_FRAME_LOCAL;
   c.valid_for_ms = -2000;
   c.waypoints = {1, 1, &w, false};
-  const WaypointOrder order = from_sample(c, "alice");
+  WaypointOrder order = from_sample(c, "alice");
   EXPECT_EQ(order.valid_for, from_seconds(-2.0)) << "rejected later, not corrected here";
 
   const Command out = to_command({Action::Kind::kGoto, from_seconds(1.5), &order});
@@ -96,6 +96,10 @@ TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   EXPECT_EQ(out.waypoints[0].p_m[2], 3.0);
   EXPECT_EQ(out.waypoints[0].radius_m, 4.0);
   EXPECT_EQ(out.waypoints[0].speed_mps, 5.0);
+  order.kind = kKindFollow;
+  EXPECT_EQ(to_command({Action::Kind::kGoto, Duration(1), &order}).kind, +command_t::KIND_FOLLOW);
+  order.kind = kKindReturn;
+  EXPECT_EQ(to_command({Action::Kind::kGoto, Duration(1), &order}).kind, +command_t::KIND_RETURN);
   EXPECT_EQ(to_command({Action::Kind::kHalt, Duration(1), nullptr}).kind, +command_t::KIND_HALT);
   EXPECT_EQ(to_command({Action::Kind::kEmergencyStop, Duration(1), nullptr}).kind,
             +command_t::KIND_EMERGENCY_STOP);
