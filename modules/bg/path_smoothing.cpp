@@ -13,14 +13,16 @@ constexpr std::size_t kMinPoints = 8;
 constexpr std::size_t kBegin = 3;  // fixed: position, heading and curvature of the vehicle
 constexpr std::size_t kEnd = 2;    // fixed: position and heading
 constexpr double kFixed = 1e6;     // weight of their displacement
-// Weight of the third difference of the positions, which is the change of the curvature times the
-// cube of the distance of the points: what is shorter than some 9 m is smoothed.
-constexpr double kRigidity = 3000.0;
+// Weights of the third difference of the positions, which is the change of the curvature times the
+// cube of the distance of the points. With the last one, what is shorter than some 9 m is smoothed;
+// a factor of 64 doubles that. The first one that leaves enough clearance is used.
+constexpr std::array<double, 4> kRigidities = {1536e3, 192e3, 24e3, 3e3};
 constexpr int kRounds = 4;
 constexpr double kHold = 30.0;      // factor on the weight of a point that must not be moved
 constexpr std::size_t kAround = 3;  // points on both sides that are held with it
 constexpr double kNearer_m = 0.02;  // rounding
 constexpr double kSharper = 1.02;
+constexpr double kInGoal = 0.8;  // of its radius; the vehicle deviates from the path
 constexpr std::array<double, 4> kThird = {1.0, -3.0, 3.0, -1.0};
 
 /// A symmetric matrix of seven diagonals: entry (k, k - j) is lower[k][j]. Then its LDL factors.
@@ -53,8 +55,8 @@ void solve(std::size_t n, const Band& a, Values* values) {
   }
 }
 
-/// Minimum of sum weight |p - from|^2 + kRigidity |third difference|^2, in one coordinate.
-void displace(std::size_t n, const Values& weight, Values* x_m, Values* y_m) {
+/// Minimum of sum weight |p - from|^2 + rigidity |third difference|^2, in each coordinate.
+void displace(std::size_t n, double rigidity, const Values& weight, Values* x_m, Values* y_m) {
   Band a{};
   for (std::size_t k = 0; k < n; ++k) {
     a[k][0] = weight[k];
@@ -63,7 +65,7 @@ void displace(std::size_t n, const Values& weight, Values* x_m, Values* y_m) {
   }
   for (std::size_t k = 0; k + 3 < n; ++k) {
     for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) a[k + i][i - j] += kRigidity * kThird[i] * kThird[j];
+      for (std::size_t j = 0; j <= i; ++j) a[k + i][i - j] += rigidity * kThird[i] * kThird[j];
     }
   }
   factorize(n, &a);
@@ -78,7 +80,8 @@ double difference(double to_rad, double from_rad) {
 class Leg {
  public:
   /// @param points  n of them, driven ahead
-  Leg(PathPoint* points, std::size_t n) : points_(points), n_(n) {
+  Leg(PathPoint* points, std::size_t n, double rigidity)
+      : points_(points), n_(n), rigidity_(rigidity) {
     weight_.fill(1.0);
     for (std::size_t k = 0; k < kBegin; ++k) weight_[k] = kFixed;
     for (std::size_t k = n - kEnd; k < n; ++k) weight_[k] = kFixed;
@@ -91,7 +94,7 @@ class Leg {
       x_m[k] = points_[k].place.x_m;
       y_m[k] = points_[k].place.y_m;
     }
-    displace(n_, weight_, &x_m, &y_m);
+    displace(n_, rigidity_, weight_, &x_m, &y_m);
     for (std::size_t k = 0; k < n_; ++k) {
       Place& p = smooth_[k];
       p = points_[k].place;
@@ -111,19 +114,35 @@ class Leg {
   /// Holds the points that must not be where they are now.
   /// @return there are none
   bool check(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
-             double margin_m) {
+             double clearance_m) {
     bool good = true;
     for (std::size_t k = kBegin; k + kEnd < n_; ++k) {
       clearance_m_[k] = body.clearance(obstacles, smooth_[k]);
-      const double required_m = std::min(margin_m, points_[k].clearance_m - kNearer_m);
+      const double required_m = std::min(clearance_m, points_[k].clearance_m - kNearer_m);
       const bool sharp = std::abs(smooth_[k].curvature_1pm) > kSharper * shape.max_curvature_1pm;
       if (clearance_m_[k] >= required_m && !sharp) continue;
       good = false;
-      for (std::size_t i = k - kAround; i <= std::min(n_ - 1, k + kAround); ++i) {
-        weight_[i] = std::min(kFixed, weight_[i] * kHold);
-      }
+      hold(k);
     }
     return good;
+  }
+
+  /// If the leg leads into the goal, its nearest point is held unless it still does.
+  bool check(const Goal& goal) {
+    const auto from_goal = [&goal](const Place& p) {
+      return std::hypot(p.x_m - goal.x_m, p.y_m - goal.y_m);
+    };
+    std::size_t nearest = 0;
+    double least_m = kInGoal * goal.radius_m;
+    for (std::size_t k = 0; k < n_; ++k) {
+      if (from_goal(smooth_[k]) <= kInGoal * goal.radius_m) return true;
+      if (from_goal(points_[k].place) >= least_m) continue;
+      nearest = k;
+      least_m = from_goal(points_[k].place);
+    }
+    if (nearest < kBegin) return true;
+    hold(nearest);
+    return false;
   }
 
   void apply() {
@@ -137,18 +156,38 @@ class Leg {
   static double distance(const Place& a, const Place& b) {
     return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
   }
+  void hold(std::size_t k) {
+    for (std::size_t i = k - kAround; i <= std::min(n_ - 1, k + kAround); ++i) {
+      weight_[i] = std::min(kFixed, weight_[i] * kHold);
+    }
+  }
 
   PathPoint* points_;
   std::size_t n_;
+  double rigidity_;
   Values weight_{};
   Values clearance_m_{};
   std::array<Place, kMaxPoints> smooth_{};
 };
 
+bool smooth_leg(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
+                double clearance_m, const std::optional<Goal>& through, double rigidity,
+                std::size_t n, PathPoint* points) {
+  Leg leg(points, n, rigidity);
+  for (int round = 0; round < kRounds; ++round) {
+    leg.compute();
+    const bool free = leg.check(body, obstacles, shape, clearance_m);
+    if (!free || (through && !leg.check(*through))) continue;
+    leg.apply();
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
-            double margin_m, Path* path) {
+            const vj::Weights& weights, const std::optional<Goal>& through, Path* path) {
   std::size_t begin = 0;
   while (begin + 1 < path->size()) {
     const int direction = (*path)[begin + 1].direction;
@@ -156,12 +195,14 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
     while (end < path->size() && (*path)[end].direction == direction) ++end;
     const std::size_t n = end - begin;
     if (direction > 0 && n >= kMinPoints && n <= kMaxPoints) {
-      Leg leg(path->data() + begin, n);
-      for (int round = 0; round < kRounds; ++round) {
-        leg.compute();
-        if (!leg.check(body, obstacles, shape, margin_m)) continue;
-        leg.apply();
-        break;
+      for (const double rigidity : kRigidities) {
+        // A gentle curve is worth no loss of clearance that slows the vehicle down.
+        const bool last = rigidity == kRigidities.back();
+        const double clearance_m = last ? weights.margin_m : weights.near_m;
+        if (smooth_leg(body, obstacles, shape, clearance_m, through, rigidity, n,
+                       path->data() + begin)) {
+          break;
+        }
       }
     }
     begin = end - 1;

@@ -55,7 +55,8 @@ SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* pat
     if (path->size() > 1 || more_m == near_goal_m_) break;
   }
   found.expansions = expansions;
-  smooth(search_.body(), query.obstacles, shape_, weights_.margin_m, path);
+  smooth(search_.body(), query.obstacles, shape_, weights_,
+         through_ ? std::optional<Goal>(query.to) : std::nullopt, path);
   return found;
 }
 
