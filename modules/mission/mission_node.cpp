@@ -149,6 +149,7 @@ void MissionNode::take_nav(Stamp now) {
     world_valid_ = m.world_valid != 0;
     T_world_vehicle_ = T_world_vehicle;
     own_map_m_ = local_levels(m).horizontal_m;
+    sigma_world_m_ = std::sqrt(horizontal_variance(m.cov_world_pose, T_world_vehicle));
     gps_age_ = m.age_gps_us < 0 ? Duration::max() : Duration(m.age_gps_us);
     here_ = {from_message(m.p_rolling_vehicle_m), m.rolling_valid != 0 ? m.map_epoch : -1,
              T_world_vehicle.p, world_valid_};
@@ -251,7 +252,12 @@ void MissionNode::act(const Decision& decision, Stamp now) {
 }
 
 RoutePlanner::Query MissionNode::route_query() const {
-  return {*subordinate_.command(), places_done_, T_world_vehicle_.p, level_m_, alert_limit_m()};
+  // Undetected faults are assumed to add as much to the level along the route as now.
+  const double of_sigma_m = kHorizontalQuantile * sigma_world_m_;
+  const double undetected_m =
+      std::isfinite(level_m_ - of_sigma_m) ? std::max(0.0, level_m_ - of_sigma_m) : 0.0;
+  return {*subordinate_.command(), places_done_, T_world_vehicle_.p, level_m_, undetected_m,
+          alert_limit_m()};
 }
 
 void MissionNode::begin_route() {

@@ -68,6 +68,7 @@ class MissionNode final : public Node {
   Vec3 datum_ = Vec3::Zero();  // latitude, longitude [deg], height [m]
   Breadcrumb here_;
   double own_map_m_ = 0.0;
+  double sigma_world_m_ = 0.0;  // worst horizontal direction
   double level_m_ = 0.0;
   Duration gps_age_ = Duration::max();
   Stamp above_since_ = Stamp::max();

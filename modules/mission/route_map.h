@@ -20,7 +20,7 @@ struct RouteMapParams {
   double slope = 2.0;           ///< added to the cost of a metre at the steepest slope
   double unknown = 1.0;         ///< the same where the map has no data
   double match_each_m = 20.0;   ///< distance of the positions whose localizability is computed
-  double poor_sigma_m = 1.0;    ///< of a match, worst direction: ground as poor as a plane
+  double poor_sigma_m = 5.0;    ///< of a match, worst direction: ground as poor as a plane
 };
 
 /// A rectangle of ground in the frame of the map.

@@ -147,6 +147,7 @@ RoutePlanner::State RoutePlanner::step(const Query& query, bool gps, Stamp now, 
   }
   vj::RouteLimits limits = config_.limits;
   limits.alert_limit_m = query.alert_limit_m;
+  limits.undetected_m = query.undetected_m;
   if (!gps) limits.gps_loss_probability = 1.0;
   chosen_ = choice_.choose(limits, gps);
   publish(query, gps, now);

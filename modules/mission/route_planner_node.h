@@ -39,9 +39,10 @@ class RoutePlanner {
   /// What is searched.
   struct Query {
     const command_t& task;
-    std::size_t done;  ///< waypoints
-    Vec3 from;         ///< frame world
-    double level_m;    ///< horizontal protection level there; infinite: none
+    std::size_t done;     ///< waypoints
+    Vec3 from;            ///< frame world
+    double level_m;       ///< horizontal protection level there; infinite: none
+    double undetected_m;  ///< part of it beyond that of the standard deviation; finite
     double alert_limit_m;
   };
   enum class State { kIdle, kSearching, kChosen, kImpossible };

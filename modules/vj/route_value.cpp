@@ -8,7 +8,7 @@ namespace rcs::vj {
 
 RouteValue value_of(const RouteForecast& route, const RouteLimits& limits) {
   RouteValue v;
-  v.level_m = kHorizontalQuantile * route.sigma_m;
+  v.level_m = kHorizontalQuantile * route.sigma_m + limits.undetected_m;
   const double ratio = limits.alert_limit_m / route.sigma_m;
   v.risk = route.sigma_m > 0.0 ? std::exp(-0.5 * ratio * ratio) : 0.0;
   v.keeps_limit = v.level_m <= limits.alert_limit_m;

@@ -16,6 +16,9 @@ struct RouteLimits {
   double alert_limit_m = 5.0;           ///< of the horizontal protection level, by the task
   double gps_loss_probability = 0.1;    ///< of the drive; 1: GPS is lost
   double cost_of_exceedance_s = 600.0;  ///< a vehicle that stands at its alert limit, in seconds
+  /// Part of the protection level beyond that of the standard deviation: faults that may not have
+  /// been detected.
+  double undetected_m = 0.0;
 };
 
 struct RouteValue {

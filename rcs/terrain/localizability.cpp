@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "rcs/base/check.h"
+#include "rcs/terrain/slope_noise.h"
 
 namespace rcs {
 namespace {
@@ -44,6 +45,7 @@ Mat4 fused(const Mat4& P, const Eigen::Matrix2d& information) {
 Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m,
                                     const LocalizabilityParams& params) {
   Mat6 H = Mat6::Zero();  // x, y, z, roll, pitch, yaw about the position
+  Mat6 V = Mat6::Zero();  // part of H by slopes that are errors of the heights
   const int reach = static_cast<int>(params.radius_m / params.column_m);
   Elevation here;
   if (!map.sample(place_m.x(), place_m.y(), &here)) return Eigen::Matrix2d::Zero();
@@ -60,9 +62,17 @@ Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m
       const Vec3 normal(-e.gradient.x(), -e.gradient.y(), 1.0);
       Vec6 J;
       J << normal, p.cross(normal);
-      H += share / (sigma_m * sigma_m) * J * J.transpose();
+      const double weight = share / (sigma_m * sigma_m);
+      H += weight * J * J.transpose();
+      const double noise = weight * gradient_variance(e.sigma_m, cell_m);
+      for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY())}) {
+        Vec6 of_axis;
+        of_axis << axis, p.cross(axis);
+        V += noise * of_axis * of_axis.transpose();
+      }
     }
   }
+  H = without_noise<6>(H, V);
   const double tilt = 1.0 / (params.tilt_sigma_rad * params.tilt_sigma_rad);
   const double heading = 1.0 / (params.heading_sigma_rad * params.heading_sigma_rad);
   H.diagonal().tail<3>() += Vec3(tilt, tilt, heading);

@@ -20,7 +20,8 @@ struct LocalizabilityParams {
 
 /// Information of one scan about east and north at a position [1/m^2], with unknown height: the
 /// Schur complement of the 6x6 information of heights z(x, y) with the map's gradients. Heights of
-/// one map cell share its error and count once. Zero on a plane, and where the map has no data.
+/// one map cell share its error and count once; slopes that the errors of the heights cause do not
+/// count (docs/adr/0045-slopes-from-map-errors.md). Zero on a plane, and where the map has no data.
 [[nodiscard]] Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m,
                                                   const LocalizabilityParams& params);
 

@@ -98,8 +98,8 @@ void add_row(const AxisWeights& x, const std::vector<float>& row, float* z) {
   }
 }
 
-void add_octave(std::uint64_t seed, float amplitude, const AxisWeights& x, const AxisWeights& y,
-                float* z) {
+void add_noise(std::uint64_t seed, float amplitude, const AxisWeights& x, const AxisWeights& y,
+               float* z) {
   const std::size_t columns = static_cast<std::size_t>(x.count);
   std::vector<float> lattice;
   lattice.reserve(columns * static_cast<std::size_t>(y.count));
@@ -126,11 +126,12 @@ void add_octave(std::uint64_t seed, float amplitude, const AxisWeights& x, const
 }  // namespace
 
 Relief::Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
-               std::vector<Feature> features)
+               std::vector<Feature> features, std::vector<Road> roads)
     : seed_(seed),
       octaves_(std::move(octaves)),
       dem_(std::move(dem)),
-      features_(std::move(features)) {
+      features_(std::move(features)),
+      roads_(std::move(roads)) {
   if (dem_.width == 0) return;
   double sum = 0.0;
   for (const float z : dem_.z_m) sum += z;
@@ -141,8 +142,7 @@ Relief::Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
 double Relief::height(double x_m, double y_m) const {
   double z = dem_height(x_m, y_m);
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
-    const Octave& o = octaves_[k];
-    z += o.rms_m * spline_noise(octave_seed(seed_, k), x_m / o.spacing_m, y_m / o.spacing_m);
+    z += relief_share(roads_, octaves_[k].spacing_m, x_m, y_m) * octave_height(k, x_m, y_m);
   }
   return features_.empty() ? z : z + feature_height(features_, x_m, y_m);
 }
@@ -159,11 +159,26 @@ void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, in
       }
     }
   }
+  std::vector<float> octave;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     const double spacing_m = octaves_[k].spacing_m;
-    add_octave(octave_seed(seed_, k), static_cast<float>(octaves_[k].rms_m / kSplineVariance),
-               AxisWeights(i0, step_m, width, spacing_m),
-               AxisWeights(j0, step_m, height, spacing_m), z_m->data());
+    const bool everywhere = std::none_of(roads_.begin(), roads_.end(), [spacing_m](const Road& r) {
+      return spacing_m < r.finest_m;
+    });
+    if (everywhere) {
+      add_octave(k, i0, j0, step_m, width, height, z_m);
+      continue;
+    }
+    octave.assign(z_m->size(), 0.0F);
+    add_octave(k, i0, j0, step_m, width, height, &octave);
+    std::size_t at = 0;
+    for (int j = 0; j < height; ++j) {
+      for (int i = 0; i < width; ++i, ++at) {
+        const double share = relief_share(roads_, spacing_m, static_cast<double>(i0 + i) * step_m,
+                                          static_cast<double>(j0 + j) * step_m);
+        (*z_m)[at] += static_cast<float>(share) * octave[at];
+      }
+    }
   }
   if (features_.empty()) return;
   std::size_t at = 0;
@@ -175,6 +190,19 @@ void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, in
   }
 }
 
+void Relief::add_octave(std::size_t octave, std::int64_t i0, std::int64_t j0, double step_m,
+                        int width, int height, std::vector<float>* z_m) const {
+  const Octave& o = octaves_[octave];
+  add_noise(octave_seed(seed_, octave), static_cast<float>(o.rms_m / kSplineVariance),
+            AxisWeights(i0, step_m, width, o.spacing_m),
+            AxisWeights(j0, step_m, height, o.spacing_m), z_m->data());
+}
+
+double Relief::octave_height(std::size_t octave, double x_m, double y_m) const {
+  const Octave& o = octaves_[octave];
+  return o.rms_m * spline_noise(octave_seed(seed_, octave), x_m / o.spacing_m, y_m / o.spacing_m);
+}
+
 double Relief::field(std::uint64_t seed, double spacing_m, double x_m, double y_m) {
   return spline_noise(seed, x_m / spacing_m, y_m / spacing_m);
 }
@@ -182,9 +210,9 @@ double Relief::field(std::uint64_t seed, double spacing_m, double x_m, double y_
 void Relief::fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
                         double step_m, int side, std::vector<float>* values) {
   values->assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), 0.0F);
-  add_octave(seed, static_cast<float>(1.0 / kSplineVariance),
-             AxisWeights(i0, step_m, side, spacing_m), AxisWeights(j0, step_m, side, spacing_m),
-             values->data());
+  add_noise(seed, static_cast<float>(1.0 / kSplineVariance),
+            AxisWeights(i0, step_m, side, spacing_m), AxisWeights(j0, step_m, side, spacing_m),
+            values->data());
 }
 
 double Relief::dem_height(double x_m, double y_m) const {

@@ -1,12 +1,13 @@
 #pragma once
 // The bare ground: the surface of a DEM, if there is one, plus fractal relief by seed, plus
-// features of the scenario.
+// features and roads of the scenario.
 
 #include <cstdint>
 #include <vector>
 
 #include "sim/terrain/dem.h"
 #include "sim/terrain/feature.h"
+#include "sim/terrain/road.h"
 
 namespace rcs::sim {
 
@@ -22,7 +23,7 @@ class Relief {
  public:
   /// @param dem  its centre is put at x = y = 0, its mean height at z = 0; width 0: none
   Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
-         std::vector<Feature> features = {});
+         std::vector<Feature> features = {}, std::vector<Road> roads = {});
 
   [[nodiscard]] double height(double x_m, double y_m) const;
 
@@ -38,14 +39,20 @@ class Relief {
                          double step_m, int side, std::vector<float>* values);
 
   [[nodiscard]] const std::vector<Feature>& features() const { return features_; }
+  [[nodiscard]] const std::vector<Road>& roads() const { return roads_; }
 
  private:
   [[nodiscard]] double dem_height(double x_m, double y_m) const;
+  [[nodiscard]] double octave_height(std::size_t octave, double x_m, double y_m) const;
+  /// Adds one octave on a lattice, see fill().
+  void add_octave(std::size_t octave, std::int64_t i0, std::int64_t j0, double step_m, int width,
+                  int height, std::vector<float>* z_m) const;
 
   std::uint64_t seed_;
   std::vector<Octave> octaves_;
   Dem dem_;
   std::vector<Feature> features_;
+  std::vector<Road> roads_;
 };
 
 }  // namespace rcs::sim

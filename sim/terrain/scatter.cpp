@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim/base/hash.h"
 
@@ -32,8 +33,8 @@ Vec3 Spheroid::centre_at(double time_s, double sway_hz) const {
 }
 
 Scatter::Scatter(std::uint64_t seed, const RockParams& rocks, const VegetationParams& vegetation,
-                 const std::vector<Vec2>& course_world, double clear_m)
-    : seed_(seed), rocks_(rocks), vegetation_(vegetation) {
+                 const std::vector<Vec2>& course_world, double clear_m, std::vector<Road> roads)
+    : seed_(seed), rocks_(rocks), vegetation_(vegetation), roads_(std::move(roads)) {
   const int margin = static_cast<int>(std::ceil(clear_m));
   for (const Vec2& p : course_world) {
     for (int j = -margin; j <= margin; ++j) {
@@ -46,7 +47,8 @@ Scatter::Scatter(std::uint64_t seed, const RockParams& rocks, const VegetationPa
   near_course_.erase(std::unique(near_course_.begin(), near_course_.end()), near_course_.end());
 }
 
-bool Scatter::clear_of_course(double x_m, double y_m, double radius_m) const {
+bool Scatter::clear_of_ways(double x_m, double y_m, double radius_m) const {
+  if (distance_from_road(roads_, x_m, y_m) < radius_m) return false;
   for (int j = metre(y_m - radius_m); j <= metre(y_m + radius_m); ++j) {
     for (int i = metre(x_m - radius_m); i <= metre(x_m + radius_m); ++i) {
       if (std::binary_search(near_course_.begin(), near_course_.end(), square_key(i, j))) {
@@ -58,12 +60,22 @@ bool Scatter::clear_of_course(double x_m, double y_m, double radius_m) const {
 }
 
 bool Scatter::meadow(double x_m, double y_m) const {
-  return Relief::field(mix(seed_ + 11), vegetation_.patch_m, x_m, y_m) > 0.0;
+  return Relief::field(mix(seed_ + 11), vegetation_.patch_m, x_m, y_m) > 0.0 &&
+         distance_from_road(roads_, x_m, y_m) > 0.0;
 }
 
 void Scatter::fill_meadow(std::int64_t i0, std::int64_t j0, double step_m, int side,
                           std::vector<float>* values) const {
   Relief::fill_field(mix(seed_ + 11), vegetation_.patch_m, i0, j0, step_m, side, values);
+  if (roads_.empty()) return;
+  std::size_t at = 0;
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i, ++at) {
+      const double x_m = static_cast<double>(i0 + i) * step_m;
+      const double y_m = static_cast<double>(j0 + j) * step_m;
+      if (distance_from_road(roads_, x_m, y_m) <= 0.0) (*values)[at] = -1.0F;
+    }
+  }
 }
 
 void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Relief& relief,
@@ -88,7 +100,7 @@ void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Re
         1.0 / random.uniform(1.0 / rocks_.radius_max_m, 1.0 / rocks_.radius_min_m);
     const double half_height_m = radius_m * random.uniform(0.5, 1.0);
     Vec3 p = place();
-    if (!reaches(p, radius_m) || !clear_of_course(p.x(), p.y(), radius_m)) continue;
+    if (!reaches(p, radius_m) || !clear_of_ways(p.x(), p.y(), radius_m)) continue;
     stand(&p);
     out->push_back({p, radius_m, half_height_m, 0.0, 0.0, 0.0});
   }
@@ -99,7 +111,7 @@ void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Re
     const double half_height_m = radius_m * random.uniform(0.7, 1.2);
     const double phase_rad = random.uniform(0.0, 2.0 * kPi);
     Vec3 p = place();
-    if (!reaches(p, radius_m) || !clear_of_course(p.x(), p.y(), radius_m) || meadow(p.x(), p.y())) {
+    if (!reaches(p, radius_m) || !clear_of_ways(p.x(), p.y(), radius_m) || meadow(p.x(), p.y())) {
       continue;
     }
     stand(&p);
@@ -112,7 +124,7 @@ void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Re
     const double trunk_m = 0.02 * height_m + 0.05;
     const double phase_rad = random.uniform(0.0, 2.0 * kPi);
     Vec3 p = place();
-    if (!reaches(p, crown_m) || !clear_of_course(p.x(), p.y(), crown_m) || meadow(p.x(), p.y())) {
+    if (!reaches(p, crown_m) || !clear_of_ways(p.x(), p.y(), crown_m) || meadow(p.x(), p.y())) {
       continue;
     }
     stand(&p);

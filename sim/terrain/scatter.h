@@ -6,6 +6,7 @@
 
 #include "rcs/base/linear.h"
 #include "sim/terrain/relief.h"
+#include "sim/terrain/road.h"
 
 namespace rcs::sim {
 
@@ -45,8 +46,9 @@ class Scatter {
  public:
   /// @param course_world  points along the course, at most 1 m apart
   /// @param clear_m  no object is placed closer to them
+  /// @param roads  on which nothing is placed
   Scatter(std::uint64_t seed, const RockParams& rocks, const VegetationParams& vegetation,
-          const std::vector<Vec2>& course_world, double clear_m);
+          const std::vector<Vec2>& course_world, double clear_m, std::vector<Road> roads);
 
   [[nodiscard]] const VegetationParams& vegetation() const { return vegetation_; }
 
@@ -63,11 +65,13 @@ class Scatter {
                    std::vector<float>* values) const;
 
  private:
-  [[nodiscard]] bool clear_of_course(double x_m, double y_m, double radius_m) const;
+  /// Of the course and the roads.
+  [[nodiscard]] bool clear_of_ways(double x_m, double y_m, double radius_m) const;
 
   std::uint64_t seed_;
   RockParams rocks_;
   VegetationParams vegetation_;
+  std::vector<Road> roads_;
   std::vector<std::uint64_t> near_course_;  ///< 1 m squares too close to the course, sorted
 };
 

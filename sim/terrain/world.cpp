@@ -140,9 +140,9 @@ Fan::Fan(const std::vector<Ray>& rays) {
 
 World::World(const WorldParams& params, Dem dem, const std::vector<Vec2>& course_world,
              double reach_m)
-    : relief_(mix(params.seed), params.octaves, std::move(dem), params.features),
-      scatter_(mix(params.seed + 1), params.rocks, params.vegetation, course_world,
-               params.clear_m) {
+    : relief_(mix(params.seed), params.octaves, std::move(dem), params.features, params.roads),
+      scatter_(mix(params.seed + 1), params.rocks, params.vegetation, course_world, params.clear_m,
+               params.roads) {
   RCS_CHECK(!course_world.empty());
   Vec2 low = course_world.front();
   Vec2 high = low;

@@ -20,6 +20,7 @@ struct WorldParams {
   RockParams rocks;
   VegetationParams vegetation;
   std::vector<Feature> features;
+  std::vector<Road> roads;
   double clear_m = 2.5;  ///< no object is placed closer to the course
 };
 

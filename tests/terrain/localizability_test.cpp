@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 
 #include "tests/terrain/map_scene.h"
 
@@ -51,6 +52,20 @@ TEST(Localizability, HillsGiveInformationInBothAxesByTheSigmaOfTheMap) {
   const double poor = worst_sigma_m(terrain_information(ground(hills, 2.0F), {10, 5}, {}));
   EXPECT_LT(fine, 0.1);
   EXPECT_GT(poor, 5.0 * fine);
+}
+
+// A survey with errors of 0.3 m in each cell of 2 m: the slopes of the errors, 0.17, tell nothing.
+TEST(Localizability, ErrorsOfTheHeightsAreNoRelief) {
+  std::mt19937 rng(3);
+  std::normal_distribution<> error(0.0, 0.3);
+  const ElevationMap lake = ground([&](double, double) { return error(rng); }, 0.3F);
+  const ElevationMap hills = ground(
+      [&](double x, double y) { return 3.0 * std::sin(0.2 * x) * std::cos(0.15 * y) + error(rng); },
+      0.3F);
+  for (const Vec2& place : {Vec2(0.0, 0.0), Vec2(80.0, -40.0), Vec2(-120.0, 150.0)}) {
+    EXPECT_GT(worst_sigma_m(terrain_information(lake, place, {})), 1.0);
+    EXPECT_LT(worst_sigma_m(terrain_information(hills, place, {})), 0.2);
+  }
 }
 
 TEST(Localizability, UnknownGroundGivesNoInformation) {

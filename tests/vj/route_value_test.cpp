@@ -29,6 +29,15 @@ TEST(RouteValue, ALongerRouteIsWorthItWhereTheShortOneExceedsTheLimit) {
   EXPECT_GT(value_of(longer, with_gps).cost_s, value_of(shorter, with_gps).cost_s);
 }
 
+TEST(RouteValue, TheLevelContainsUndetectedFaults) {
+  RouteLimits limits{5.0, 1.0, 600.0};
+  const RouteForecast route{1000.0, 200.0, 1.0};
+  EXPECT_TRUE(value_of(route, limits).keeps_limit);
+  limits.undetected_m = 1.5;
+  EXPECT_NEAR(value_of(route, limits).level_m, 3.717 + 1.5, 1e-3);
+  EXPECT_FALSE(value_of(route, limits).keeps_limit);
+}
+
 TEST(RouteValue, WithoutAPredictionNoLimitIsKept) {
   const RouteValue v = value_of({1000.0, 200.0, kInfinite}, {5.0, 0.5, 600.0});
   EXPECT_FALSE(v.keeps_limit);

@@ -26,7 +26,6 @@
 #include "rcs/node/command_port.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
-#include "tools/driving/course_picture.h"
 #include "tools/mapping/map_writer.h"
 
 namespace rcs::driving {
@@ -202,7 +201,9 @@ class Notes {
         mission_states_(
             bus, channel::kMissionStatus,
             [this](const status_t& m, Stamp) { mission_state_.take(m, &run_.mission_states_s); }),
-        plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }) {
+        plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }),
+        routes_(bus, channel::kMissionRoutes,
+                [this](const routes_t& m, Stamp) { run_.routes.push_back(m); }) {
     if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
   }
 
@@ -312,6 +313,7 @@ class Notes {
   Tap<status_t> states_;
   Tap<status_t> mission_states_;
   Tap<plan_t> plans_;
+  Tap<routes_t> routes_;
 };
 
 WayBackOutcome way_back_of(const std::vector<ClosedLoopSample>& trace, Stamp turned_at) {
@@ -448,51 +450,6 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.losses = options.losses;
   if (!options.zones.empty()) judge_zones(options.zones, scenario, bg->shape, &run);
   return run;
-}
-
-std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
-                 const std::string& title) {
-  const sim::Simulator simulator(scenario);
-  CoursePicture picture;
-  picture.world = &simulator.world();
-  picture.title = title;
-  picture.facts = {fmt::format(
-      "{} of {} waypoints, {:.0f} m in {:.0f} s; contacts: ground {}, rocks and trunks {} (nearest "
-      "{:.1f} m)",
-      run.reached, run.waypoints_world.size(), run.distance_m, run.time_s, run.contacts.total(),
-      run.collisions, run.min_clearance_m)};
-  if (!run.actors.actors.empty()) {
-    picture.facts.push_back(fmt::format(
-        "moving actors: {} met; contacts {}, ran into the vehicle at rest {}", run.actors.met(),
-        run.actors.contacts_of_vehicle(), run.actors.ran_into_vehicle()));
-  }
-  for (const ActorRecord& actor : run.actors.actors) {
-    if (!actor.path_world.empty()) picture.actors_world.push_back(actor.path_world);
-  }
-  for (const Zone& zone : run.zones_world) {
-    for (const ZonePolygon& polygon : zone.polygons) {
-      picture.zones_world.push_back({polygon.outer, zone.kind});
-      for (const ZoneRing& hole : polygon.holes) picture.zones_world.push_back({hole, zone.kind});
-    }
-  }
-  if (run.zones.judged) {
-    picture.facts.push_back(fmt::format("zones: entered {} times, smallest clearance {:.1f} m",
-                                        run.zones.entries, run.zones.least_clearance_m));
-  }
-  picture.waypoints_world = run.waypoints_world;
-  for (const ClosedLoopSample& s : run.trace) {
-    const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
-    CourseSample sample;
-    sample.place_world = s.T_world_vehicle.p.head<2>();
-    sample.heading_rad = std::atan2(ahead.y(), ahead.x());
-    sample.speed_mps = s.speed_mps;
-    sample.gps = s.gps;
-    sample.hit = s.contact;
-    if (s.estimated) sample.estimated_world = Vec2(s.T_world_estimated.p.head<2>());
-    picture.samples.push_back(sample);
-  }
-  for (const ClosedLoopPlan& plan : run.plans) picture.plans_world.push_back(plan.points_world);
-  return render(picture);
 }
 
 std::string describe(const ClosedLoopRun& run) {

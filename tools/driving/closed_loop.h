@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/routes_t.hpp"
 #include "rcs/base/pose.h"
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
@@ -119,6 +120,7 @@ struct ClosedLoopRun {
 
   std::vector<ClosedLoopSample> trace;  ///< every 0.1 s
   std::vector<ClosedLoopPlan> plans;    ///< every second or so
+  std::vector<routes_t> routes;         ///< every choice of the mission node
 };
 
 /// @param scenario  commanded; the operator commands the waypoints and the speed of its course
@@ -126,10 +128,6 @@ struct ClosedLoopRun {
 [[nodiscard]] ClosedLoopRun run_closed_loop(const sim::Scenario& scenario,
                                             const ClosedLoopOptions& options,
                                             const DriverFactory& make_driver);
-
-/// A picture of the run from above, a self-contained SVG.
-[[nodiscard]] std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
-                               const std::string& title);
 
 /// Statistics as text, several lines.
 [[nodiscard]] std::string describe(const ClosedLoopRun& run);

@@ -26,6 +26,9 @@ constexpr char kLost[] = "#d62728";
 constexpr char kEstimate[] = "#d0118a";
 constexpr char kPlan[] = "#1f5fbf";
 constexpr char kActor[] = "#b35c00";
+constexpr char kChosenRoute[] = "stroke=\"#111\" stroke-width=\"2\" stroke-dasharray=\"9 4\"";
+constexpr char kOtherRoute[] = "stroke=\"#8a2be2\" stroke-width=\"2\" stroke-dasharray=\"2 4\"";
+constexpr char kRoad[] = "#b9b0a2";
 
 View view_of(const CoursePicture& picture) {
   Vec2 low = picture.samples.front().place_world;
@@ -148,6 +151,25 @@ void add_zones(const CoursePicture& picture, const View& view, SvgOut out) {
   }
 }
 
+void add_roads(const CoursePicture& picture, const View& view, SvgOut out) {
+  for (const sim::Road& road : picture.world->relief().roads()) {
+    add_line(road.points_world, view,
+             fmt::format("stroke=\"{}\" stroke-width=\"{:.1f}\" stroke-opacity=\"0.7\"", kRoad,
+                         road.width_m * view.px_per_m),
+             out);
+  }
+}
+
+/// The others first: the chosen one is above them.
+void add_routes(const CoursePicture& picture, const View& view, SvgOut out) {
+  for (const bool chosen : {false, true}) {
+    for (const CoursePicture::Route& route : picture.routes_world) {
+      if (route.chosen != chosen) continue;
+      add_line(route.points_world, view, chosen ? kChosenRoute : kOtherRoute, out);
+    }
+  }
+}
+
 /// A line with a dot where each actor was at last.
 void add_actors(const CoursePicture& picture, const View& view, SvgOut out) {
   for (const std::vector<Vec2>& path : picture.actors_world) {
@@ -254,7 +276,7 @@ bool shows_zone(const CoursePicture& picture, const View& view, ZoneKind kind) {
       [&](const CoursePicture::ZoneBorder& z) { return z.kind == kind && visible(z.ring_world); });
 }
 
-/// Two rows under the map, and a third one if there are features or zones.
+/// Two rows under the map, and a third one if there are features, zones, roads or routes.
 void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOut out) {
   const double top = view.top_px + view.height_px() + 26.0;
   double x = kBorder_px + 8.0;
@@ -328,6 +350,17 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
                    third - 6.0, style_of(kind));
     label(38.0, third, name, 70.0);
   }
+  const auto third_line = [&](std::string_view style, std::string_view text, double width_px) {
+    fmt::format_to(out, "<path class=\"line\" d=\"M{:.1f} {:.1f}h34\" {}/>", x, third, style);
+    label(42.0, third, text, width_px);
+  };
+  if (!picture.world->relief().roads().empty()) {
+    third_line(fmt::format("stroke=\"{}\" stroke-width=\"10\"", kRoad), "road or plain", 100.0);
+  }
+  if (!picture.routes_world.empty()) {
+    third_line(kChosenRoute, "chosen route", 95.0);
+    third_line(kOtherRoute, "other candidates", 110.0);
+  }
 }
 
 }  // namespace
@@ -336,7 +369,8 @@ std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
   const View view = view_of(picture);
   const double width = view.width_px() + 2.0 * kBorder_px;
-  const bool third_row = has_feature(picture, nullptr) || !picture.zones_world.empty();
+  const bool third_row = has_feature(picture, nullptr) || !picture.zones_world.empty() ||
+                         !picture.routes_world.empty() || !picture.world->relief().roads().empty();
   const double height =
       view.top_px + view.height_px() + kLegendHeight_px + (third_row ? kRow_px : 0.0);
   std::string svg;
@@ -358,10 +392,12 @@ std::string render(const CoursePicture& picture) {
                  "height=\"{:.1f}\"/></clipPath>\n<g clip-path=\"url(#map)\">\n",
                  kBorder_px, view.top_px, view.width_px(), view.height_px());
   add_ground(*picture.world, view, out);
+  add_roads(picture, view, out);
   add_features(*picture.world, view, out);
   add_objects(*picture.world, view, out);
   add_zones(picture, view, out);
   add_paths(picture, view, out);
+  add_routes(picture, view, out);
   add_actors(picture, view, out);
   add_vehicle(picture.samples.front(), view, out);
   add_vehicle(picture.samples.back(), view, out);

@@ -33,6 +33,12 @@ struct CoursePicture {
     ZoneKind kind = ZoneKind::kKeepOut;
   };
   std::vector<ZoneBorder> zones_world;
+  /// A candidate of the mission.
+  struct Route {
+    std::vector<Vec2> points_world;
+    bool chosen = false;
+  };
+  std::vector<Route> routes_world;
   std::vector<std::vector<Vec2>> actors_world;  ///< paths of moving actors; at least a place each
 };
 

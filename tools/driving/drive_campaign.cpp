@@ -14,6 +14,7 @@
 #include "sim/scenario_file.h"
 #include "tools/base/files.h"
 #include "tools/base/threads.h"
+#include "tools/driving/run_picture.h"
 
 namespace rcs::driving {
 namespace {
@@ -86,6 +87,9 @@ class Campaign {
       log.emplace(std::move(writer).value());
       recorder.emplace(&*log, std::vector<std::string>{});
       options.tap = &*recorder;
+    }
+    if (campaign_.prior_map) {
+      options.prior_map = std::filesystem::absolute(stem + "_map").string();
     }
     if (campaign_.zones) {
       const std::vector<Zone> drawn =

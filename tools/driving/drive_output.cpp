@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "lcmtypes/message_names.h"
 
 namespace rcs::driving {
 namespace {
@@ -129,6 +132,32 @@ Json to_json(const ActorOutcome& outcome) {
           {"list", actors},
           {"contacts", contacts},
           {"ground", to_json(outcome.ground)}};
+}
+
+/// null: not predicted.
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+/// Every choice of the mission node.
+Json to_json(const std::vector<routes_t>& choices) {
+  Json out = Json::array();
+  for (const routes_t& choice : choices) {
+    Json routes = Json::array();
+    for (const route_t& r : choice.route) {
+      routes.push_back({{"verdict", route_verdict_name(r.verdict)},
+                        {"weight", r.poverty_weight},
+                        {"length_m", r.length_m},
+                        {"time_s", r.time_s},
+                        {"sigma_max_m", finite(r.sigma_max_m)},
+                        {"level_max_m", finite(r.level_max_m)},
+                        {"risk", r.risk},
+                        {"cost_s", r.cost_s}});
+    }
+    out.push_back({{"utime", choice.utime},
+                   {"gps", choice.gps != 0},
+                   {"alert_limit_m", choice.alert_limit_m},
+                   {"candidates", routes}});
+  }
+  return out;
 }
 
 bool has_way_back(const std::vector<DriveRow>& rows) {
@@ -323,6 +352,7 @@ Json to_json(const std::vector<DriveRow>& rows) {
                                {"lateral_max_m", run.way_back.lateral_max_m},
                                {"end_m", run.way_back.end_m}}},
                              {"zones", to_json(run.zones)},
+                             {"routes", to_json(run.routes)},
                              {"states_s", states},
                              {"mission_states_s", mission_states}});
   }

@@ -7,6 +7,7 @@
 
 #include "modules/registration/normal_equations.h"
 #include "modules/registration/voxel_key.h"
+#include "rcs/terrain/slope_noise.h"
 
 namespace rcs::sp {
 namespace {
@@ -74,12 +75,6 @@ registration::NormalEquations of_pose(const Mat7& H, const Vec7& b, double weigh
   }
   out.close();
   return out;
-}
-
-/// Variance of each component of a cell's gradient, from independent errors of its four corners,
-/// averaged over the cell.
-double gradient_variance(double sigma_m, double cell_m) {
-  return 4.0 / 3.0 * (sigma_m / cell_m) * (sigma_m / cell_m);
 }
 
 /// @param level  the finest level of the map to be used
@@ -156,25 +151,6 @@ double mean_square_weighed(double robust_sigma) {
     sum += w;
   }
   return square / sum;
-}
-
-/// Errors of the normals cause apparent slopes: of H = G + V, with V by noise, the estimate's
-/// covariance is G^-1 (G + V) G^-1.
-template <int N>
-Mat<N, N> without_noise(const Mat<N, N>& H, const Mat<N, N>& V) {
-  // In coordinates in which H is the identity, G is the share of each direction without noise.
-  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> of_H(H);
-  const Mat<N, 1> root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Mat<N, 1> per_root =
-      (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
-  const Mat<N, N> whiten = of_H.eigenvectors() * per_root.asDiagonal();
-  const Mat<N, N> colour = of_H.eigenvectors() * root.asDiagonal();
-  const Mat<N, N> noise_part =
-      whiten.transpose() * V.template selfadjointView<Eigen::Lower>() * whiten;
-  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> noise(noise_part);
-  const Mat<N, 1> left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
-  const Mat<N, N> out = colour * noise.eigenvectors();
-  return out * left.asDiagonal() * out.transpose();
 }
 
 /// Expected residuals at the prediction: root mean squares over every eighth point.

@@ -96,6 +96,11 @@ class DriveCommand final : public Command {
             ->type_name("FOLDER");
     app()->add_flag("--logs", logs_, "also write a log of each drive (drive_SEED.log)")->needs(out);
     app()
+        ->add_flag("--prior-map", prior_map_,
+                   "give the vehicle the survey of the scenario ([prior_map]) as its a priori map\n"
+                   "(drive_SEED_map)")
+        ->needs(out);
+    app()
         ->add_flag("--zones", zones_,
                    "a fence around the course, and a keep-out on each leg but the first, drawn by\n"
                    "the seed (drive_SEED_zones.geojson)")
@@ -116,6 +121,7 @@ class DriveCommand final : public Command {
         "  rcs drive config/sim/hazards.toml --seeds 501..503 --gps-lost-after 100\n"
         "  rcs drive config/sim/actors.toml --seeds 901..910\n"
         "  rcs drive config/sim/return.toml --mission return --gps-lost-after 100\n"
+        "  rcs drive config/sim/mission.toml --mission visit --prior-map -o out/mission\n"
         "  rcs drive config/sim/hazards.toml --seeds 801..840 --losses --alert-limit 3\n"
         "  rcs drive config/sim/closed_loop.toml --seeds 321..340 --zones -o out/zones\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
@@ -151,6 +157,7 @@ class DriveCommand final : public Command {
     campaign.gps_lost_after_m = gps_lost_after_m_;
     campaign.losses = losses_;
     campaign.zones = zones_;
+    campaign.prior_map = prior_map_;
     campaign.alert_limit_m = alert_limit_m_;
     campaign.duration_s = duration_s_;
     campaign.out_folder = out_;
@@ -183,6 +190,7 @@ class DriveCommand final : public Command {
   double alert_limit_m_ = 0.0;
   bool losses_ = false;
   bool zones_ = false;
+  bool prior_map_ = false;
   bool local_ = false;
   std::string mission_;
   int jobs_ = 0;

@@ -1,0 +1,45 @@
+#include "sim/terrain/road.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::sim {
+namespace {
+
+double distance_from_segment(const Vec2& a, const Vec2& b, const Vec2& p) {
+  const Vec2 line = b - a;
+  const double share = std::clamp((p - a).dot(line) / line.squaredNorm(), 0.0, 1.0);
+  return (p - (a + share * line)).norm();
+}
+
+/// From the surface.
+double distance_from(const Road& road, const Vec2& p) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < road.points_world.size(); ++k) {
+    least_m =
+        std::min(least_m, distance_from_segment(road.points_world[k - 1], road.points_world[k], p));
+  }
+  return least_m - 0.5 * road.width_m;
+}
+
+}  // namespace
+
+double distance_from_road(const std::vector<Road>& roads, double x_m, double y_m) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const Road& road : roads) least_m = std::min(least_m, distance_from(road, {x_m, y_m}));
+  return least_m;
+}
+
+double relief_share(const std::vector<Road>& roads, double spacing_m, double x_m, double y_m) {
+  double least = 1.0;
+  for (const Road& road : roads) {
+    if (spacing_m >= road.finest_m) continue;
+    const double beside = distance_from(road, {x_m, y_m}) / std::max(road.shoulder_m, 1e-3);
+    const double s = std::clamp(beside, 0.0, 1.0);
+    least = std::min(least, s * s * (3.0 - 2.0 * s));
+  }
+  return least;
+}
+
+}  // namespace rcs::sim
