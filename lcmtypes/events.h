@@ -52,6 +52,10 @@ struct Info {
     "Messages were lost between the driver and SP, or the LADAR or its driver was interrupted.",   \
     "Check the receive buffers of the computer (config/sysctl) and the gaps in `rcs top`. At the " \
     "end of a log the event is normal.")                                                           \
+  X(kSpScanRepeated, "sp", "scan.repeated", kWarning, kOne,                                        \
+    "A scan was rejected because it is the one before with a new stamp.",                          \
+    "The LADAR or its driver is stuck, or repeats its last scan when none arrives.",               \
+    "Restart the driver of the LADAR. A driver must be silent while it receives nothing.")         \
   X(kSpPointsNotFinite, "sp", "points.not_finite", kWarning, kOne,                                 \
     "Ranges or points of a scan were rejected. The other points of the scan are used.",            \
     "The driver of the LADAR publishes NaN or infinity.",                                          \

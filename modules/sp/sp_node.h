@@ -22,6 +22,7 @@
 #include "modules/sp/prior/prior_match.h"
 #include "modules/sp/prior/prior_scan.h"
 #include "modules/sp/scan/scan_assembler.h"
+#include "modules/sp/scan/scan_repetition.h"
 #include "modules/sp/scan/scan_motion.h"
 #include "modules/sp/scan/stamp_watch.h"
 #include "modules/sp/sp_config.h"
@@ -102,6 +103,7 @@ class SpNode final : public Node {
   Report report_;
 
   ScanAssembler assembler_;
+  ScanRepetition repetition_;
   Stamp first_facet_arrival_ = Stamp::min();  // of the current scan
   Stamp last_facet_arrival_ = Stamp::min();
   int facet_count_ = 1;
