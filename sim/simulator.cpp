@@ -38,7 +38,8 @@ void encode(const char* channel, const T& message, SourceEvent* event) {
 
 // A scripted course is free of objects; a commanded vehicle must avoid them.
 World make_world(const Scenario& scenario, const Course& course) {
-  const double reach_m = scenario.commanded ? kReachCommanded_m : kReachScripted_m;
+  const double by_mode_m = scenario.commanded ? kReachCommanded_m : kReachScripted_m;
+  const double reach_m = scenario.world.reach_m > 0.0 ? scenario.world.reach_m : by_mode_m;
   return {scenario.world, scenario.dem,
           scenario.commanded ? scenario.course.waypoints_world : course.points(),
           scenario.beam.max_range_m + reach_m};

@@ -83,6 +83,9 @@ void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::s
   table.get("clear_m", &world->clear_m, {0, 20},
             "Distance from the course (commanded: from the start and the waypoints) within which "
             "no rock or plant is placed.");
+  table.get("reach_m", &world->reach_m, {0, 2000},
+            "Extent of the world around the rectangle of the course, beyond the range of the "
+            "LADAR; the vehicle stops at its border. 0: 20 m, and 40 m for a commanded drive.");
   if (table.has("octave")) world->octaves.clear();
   for (ParamTable octave : table.tables("octave")) {
     Octave o;

@@ -22,6 +22,8 @@ struct WorldParams {
   std::vector<Feature> features;
   std::vector<Road> roads;
   double clear_m = 2.5;  ///< no object is placed closer to the course
+  double reach_m =
+      0.0;  ///< of the world around the course, beyond the range of the LADAR; 0: default
 };
 
 struct Ray {

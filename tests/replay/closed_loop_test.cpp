@@ -2,6 +2,7 @@
 // keep up with a driven vehicle.
 
 #include "tools/driving/closed_loop.h"
+#include "tools/driving/run_picture.h"
 
 #include <gtest/gtest.h>
 

@@ -96,6 +96,19 @@ class Drive {
     for (const plan_point_t& p : m.point) paths_.add(p.p_m[0], p.p_m[1]);
   }
 
+  /// The candidates of all choices, by the pose in frame world at each.
+  void take(const routes_t& m) {
+    choices_.push_back(m);
+    for (const route_t& r : m.route) {
+      Curve& curve = r.verdict == route_t::VERDICT_CHOSEN ? chosen_ : others_;
+      curve.interrupt();
+      for (std::size_t k = 0; k < std::min(r.x_m.size(), r.y_m.size()); ++k) {
+        const Vec3 p = T_local_world_ * Vec3(r.x_m[k], r.y_m[k], 0.0);
+        curve.add(p.x(), p.y());
+      }
+    }
+  }
+
   void take(const command_t& m) {
     if (m.kind != command_t::KIND_GOTO) return;
     std::vector<Vec3> places;
@@ -107,7 +120,7 @@ class Drive {
     if (places.size() >= waypoints_.size()) waypoints_ = std::move(places);
   }
 
-  [[nodiscard]] std::optional<report::Plot> plot() && {
+  [[nodiscard]] std::optional<DrivingRecord> record() && {
     if (paths_.x.empty() || course_.x.size() < 2) return std::nullopt;
     using report::Colour;
     using report::SeriesStyle;
@@ -117,11 +130,16 @@ class Drive {
     out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,
                                 *y_high + kBeside_m};
     out.map = report::CellMap{cell_m_, {}, "obstacle [m]"};
-    for (const Vec3& w : waypoints_) {
-      out.window->x_low = std::min(out.window->x_low, w.x() - kBeside_m);
-      out.window->x_high = std::max(out.window->x_high, w.x() + kBeside_m);
-      out.window->y_low = std::min(out.window->y_low, w.y() - kBeside_m);
-      out.window->y_high = std::max(out.window->y_high, w.y() + kBeside_m);
+    const auto show = [&out](double x, double y) {
+      if (!std::isfinite(x) || !std::isfinite(y)) return;
+      out.window->x_low = std::min(out.window->x_low, x - kBeside_m);
+      out.window->x_high = std::max(out.window->x_high, x + kBeside_m);
+      out.window->y_low = std::min(out.window->y_low, y - kBeside_m);
+      out.window->y_high = std::max(out.window->y_high, y + kBeside_m);
+    };
+    for (const Vec3& w : waypoints_) show(w.x(), w.y());
+    for (const Curve* routes : {&chosen_, &others_}) {
+      for (std::size_t k = 0; k < routes->x.size(); ++k) show(routes->x[k], routes->y[k]);
     }
     for (const auto& [at, value] : obstacles_) {
       out.map->cells.push_back({at.second, at.first, value});
@@ -135,8 +153,10 @@ class Drive {
     };
     add("paths of BG, one a second", Colour::kPurple, SeriesStyle::kHair, &paths_);
     add("protection level", Colour::kOrange, SeriesStyle::kHair, &levels_);
+    add("other routes of the mission", Colour::kGrey, SeriesStyle::kDashed, &others_);
+    add("chosen routes", Colour::kGreen, SeriesStyle::kDashed, &chosen_);
     add("course by WM", Colour::kBlue, SeriesStyle::kThickLine, &course_);
-    return out;
+    return DrivingRecord{std::move(out), std::move(choices_)};
   }
 
   Drive() = default;
@@ -155,7 +175,8 @@ class Drive {
   double cell_m_ = 1.0;
   std::map<std::pair<int, int>, double> obstacles_;  // by j, then i
   std::vector<Vec3> waypoints_;
-  Curve course_, paths_, levels_;
+  Curve course_, paths_, levels_, chosen_, others_;
+  std::vector<routes_t> choices_;
 };
 
 template <class M>
@@ -168,7 +189,7 @@ bool read(const LogEvent& event, const char* channel, Drive* drive) {
 
 }  // namespace
 
-Result<std::optional<report::Plot>> driving_plot(const std::string& log) {
+Result<std::optional<DrivingRecord>> driving_record(const std::string& log) {
   Result<LogReader> reader = LogReader::open(log);
   if (!reader) return reader.error();
   Drive drive;
@@ -178,9 +199,10 @@ Result<std::optional<report::Plot>> driving_plot(const std::string& log) {
            read<integrity_t>(event, channel::kWmIntegrity, &drive) ||
            read<map_patch_t>(event, channel::kWmMapPatch, &drive) ||
            read<plan_t>(event, channel::kBgPlan, &drive) ||
+           read<routes_t>(event, channel::kMissionRoutes, &drive) ||
            read<command_t>(event, channel::kBgCommand, &drive));
   }
-  return std::move(drive).plot();
+  return std::move(drive).record();
 }
 
 }  // namespace rcs::evaluation

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
+#include "lcmtypes/rcs/routes_t.hpp"
 #include "rcs/node/log/log_file.h"
 #include "tests/support/fresh_folder.h"
 
@@ -57,11 +59,15 @@ class DrivingPlot : public testing::Test {
     plan.point[1].p_m[0] = 5.0;
     write(channel::kBgPlan, plan);
   }
-  std::optional<report::Plot> plot() {
+  std::optional<DrivingRecord> record() {
     EXPECT_TRUE(writer_.close());
-    Result<std::optional<report::Plot>> read = driving_plot(path_);
+    Result<std::optional<DrivingRecord>> read = driving_record(path_);
     EXPECT_TRUE(read.ok());
     return read.ok() ? std::move(read).value() : std::nullopt;
+  }
+  std::optional<report::Plot> plot() {
+    std::optional<DrivingRecord> drive = record();
+    return drive ? std::optional<report::Plot>(std::move(drive->plot)) : std::nullopt;
   }
 
   std::string path_ = (test::fresh_folder() / "drive.log").string();
@@ -88,12 +94,39 @@ TEST_F(DrivingPlot, HasCoursePathLevelAndTheObstaclesThatRemain) {
   EXPECT_EQ(report::render(*p, true).find("nan"), std::string::npos);
 }
 
+TEST_F(DrivingPlot, HasTheRoutesOfTheMission) {
+  drive(20);
+  plan();
+  routes_t routes{};
+  routes.utime = 21'000'000;
+  routes.route.resize(2);
+  routes.n = 2;
+  for (route_t& r : routes.route) {
+    r.verdict = route_t::VERDICT_ABOVE_LIMIT;
+    r.x_m = {0.0, 20.0};
+    r.y_m = {0.0, 90.0};
+    r.n = 2;
+  }
+  routes.route[1].verdict = route_t::VERDICT_CHOSEN;
+  write(channel::kMissionRoutes, routes);
+  const std::optional<DrivingRecord> d = record();
+  ASSERT_TRUE(d);
+  ASSERT_EQ(d->choices.size(), 1U);
+  const auto has = [&d](const char* label) {
+    return std::any_of(d->plot.series.begin(), d->plot.series.end(),
+                       [label](const report::Series& s) { return s.label == label; });
+  };
+  EXPECT_TRUE(has("chosen routes"));
+  EXPECT_TRUE(has("other routes of the mission"));
+  EXPECT_GE(d->plot.window->y_high, 90.0) << "the routes are in view";
+}
+
 TEST_F(DrivingPlot, ALogWithoutAPlanHasNone) {
   drive(20);
   EXPECT_FALSE(plot());
 }
 
-TEST_F(DrivingPlot, AFileThatIsMissingIsAnError) { EXPECT_FALSE(driving_plot("none.log").ok()); }
+TEST_F(DrivingPlot, AFileThatIsMissingIsAnError) { EXPECT_FALSE(driving_record("none.log").ok()); }
 
 }  // namespace
 }  // namespace rcs::evaluation
