@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -109,8 +110,12 @@ class Drive {
     }
   }
 
-  void take(const command_t& m) {
-    if (m.kind != command_t::KIND_GOTO) return;
+  /// @param task  of the mission, whose places are shown instead of those along its routes
+  void take(const command_t& m, bool task) {
+    if (m.kind != command_t::KIND_GOTO && m.kind != command_t::KIND_FOLLOW) return;
+    if (has_task_ && !task) return;
+    if (task && !has_task_) waypoints_.clear();
+    has_task_ = has_task_ || task;
     std::vector<Vec3> places;
     for (const waypoint_t& w : m.waypoint) {
       const Vec3 p = from_message(w.p_m);
@@ -153,7 +158,7 @@ class Drive {
     };
     add("paths of BG, one a second", Colour::kPurple, SeriesStyle::kHair, &paths_);
     add("protection level", Colour::kOrange, SeriesStyle::kHair, &levels_);
-    add("other routes of the mission", Colour::kGrey, SeriesStyle::kDashed, &others_);
+    add("other routes", Colour::kGrey, SeriesStyle::kDashed, &others_);
     add("chosen routes", Colour::kGreen, SeriesStyle::kDashed, &chosen_);
     add("course by WM", Colour::kBlue, SeriesStyle::kThickLine, &course_);
     return DrivingRecord{std::move(out), std::move(choices_)};
@@ -177,13 +182,19 @@ class Drive {
   std::vector<Vec3> waypoints_;
   Curve course_, paths_, levels_, chosen_, others_;
   std::vector<routes_t> choices_;
+  bool has_task_ = false;
 };
 
 template <class M>
 bool read(const LogEvent& event, const char* channel, Drive* drive) {
   if (event.channel != channel) return false;
   M m;
-  if (m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) >= 0) drive->take(m);
+  if (m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return true;
+  if constexpr (std::is_same_v<M, command_t>) {
+    drive->take(m, event.channel == channel::kMissionCommand);
+  } else {
+    drive->take(m);
+  }
   return true;
 }
 
@@ -200,6 +211,7 @@ Result<std::optional<DrivingRecord>> driving_record(const std::string& log) {
            read<map_patch_t>(event, channel::kWmMapPatch, &drive) ||
            read<plan_t>(event, channel::kBgPlan, &drive) ||
            read<routes_t>(event, channel::kMissionRoutes, &drive) ||
+           read<command_t>(event, channel::kMissionCommand, &drive) ||
            read<command_t>(event, channel::kBgCommand, &drive));
   }
   return std::move(drive).record();

@@ -117,7 +117,7 @@ TEST_F(DrivingPlot, HasTheRoutesOfTheMission) {
                        [label](const report::Series& s) { return s.label == label; });
   };
   EXPECT_TRUE(has("chosen routes"));
-  EXPECT_TRUE(has("other routes of the mission"));
+  EXPECT_TRUE(has("other routes"));
   EXPECT_GE(d->plot.window->y_high, 90.0) << "the routes are in view";
 }
 

@@ -51,7 +51,8 @@ inline void add_driving(const std::string& log, report::HtmlPage* page) {
   page->heading("Driving");
   page->paragraph(
       "Cells: obstacles in the last map of WM that contained them, by the height of their step; an "
-      "edge that hides ground has none. Numbers: waypoints of the longest command. Circles: "
+      "edge that hides ground has none. Numbers: places of the task, or waypoints of the longest "
+      "command. Circles: "
       "horizontal "
       "protection level, every 15 m of the course; levels above 100 m are not drawn.");
   page->plot((*record)->plot);
