@@ -53,8 +53,9 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   for (const routes_t& choice : run.routes) {
     for (const route_t& r : choice.route) {
       CoursePicture::Route route{{}, r.verdict == route_t::VERDICT_CHOSEN};
-      for (std::size_t k = 0; k < r.x_m.size(); ++k)
+      for (std::size_t k = 0; k < r.x_m.size(); ++k) {
         route.points_world.emplace_back(r.x_m[k], r.y_m[k]);
+      }
       picture.routes_world.push_back(std::move(route));
     }
   }
