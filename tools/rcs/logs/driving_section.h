@@ -54,7 +54,10 @@ inline void add_driving(const std::string& log, report::HtmlPage* page) {
       "edge that hides ground has none. Numbers: places of the task, or waypoints of the longest "
       "command. Circles: "
       "horizontal "
-      "protection level, every 15 m of the course; levels above 100 m are not drawn.");
+      "protection level, every 15 m of the course; levels above 100 m are not drawn. "
+      "Frame local drifts against frame world: places are drawn by the last pose, routes by that "
+      "of "
+      "their choice.");
   page->plot((*record)->plot);
   if ((*record)->choices.empty()) return;
   page->heading("Routes of the mission");
