@@ -10,9 +10,7 @@ constexpr int kStraight = 2;
 constexpr int kCurvatures = 2 * kStraight + 1;  // shares of the largest: -1, -3/4, ... 1
 constexpr int kSteps = 1;                       // of the curvature, at most, from arc to arc
 constexpr double kSample_m = 0.4;
-// A vehicle is slower where it turns: what that costs, in metres on a straight path.
-constexpr double kSteering = 1.0;    // of a metre in which the curvature changes fully
-constexpr double kTurning = 0.8;     // of a metre with the largest curvature
+constexpr double kSteering = 0.2;    // cost of a metre in which the curvature changes fully
 constexpr double kEscape_m = 5.0;    // distance driven out of a blocked cell
 constexpr double kTrapped_m = 30.0;  // lower bound of the remaining cost from there
 
@@ -194,9 +192,9 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       if (turns_back) to.g += weights_.turn_back;
       const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
       const double step_m = params_.arc_m / samples;
-      const double turn = share(curvature);
-      const double change = at_rest ? 0.0 : turn - share(from.curvature);
-      const double bend = kTurning * turn * turn + kSteering * change * change;
+      // Small: a straight path is preferred to a winding one of the same cost.
+      const double change = at_rest ? 0.0 : share(curvature) - share(from.curvature);
+      const double bend = 0.1 * std::abs(share(curvature)) + kSteering * change * change;
       bool free = true;
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);

@@ -184,6 +184,12 @@ bool smooth_leg(const Body& body, const ObstacleDistance& obstacles, const Shape
   return false;
 }
 
+double least_clearance(const PathPoint* points, std::size_t n) {
+  double least_m = points[0].clearance_m;
+  for (std::size_t k = 1; k < n; ++k) least_m = std::min(least_m, points[k].clearance_m);
+  return least_m;
+}
+
 }  // namespace
 
 void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
@@ -195,14 +201,14 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
     while (end < path->size() && (*path)[end].direction == direction) ++end;
     const std::size_t n = end - begin;
     if (direction > 0 && n >= kMinPoints && n <= kMaxPoints) {
+      PathPoint* const leg = path->data() + begin;
+      const double least_m = least_clearance(leg, n);
       for (const double rigidity : kRigidities) {
-        // A gentle curve is worth no loss of clearance that slows the vehicle down.
+        // Between obstacles a gentle curve is longer, and leads away from the only way through.
         const bool last = rigidity == kRigidities.back();
+        if (!last && least_m < weights.near_m) continue;
         const double clearance_m = last ? weights.margin_m : weights.near_m;
-        if (smooth_leg(body, obstacles, shape, clearance_m, through, rigidity, n,
-                       path->data() + begin)) {
-          break;
-        }
+        if (smooth_leg(body, obstacles, shape, clearance_m, through, rigidity, n, leg)) break;
       }
     }
     begin = end - 1;

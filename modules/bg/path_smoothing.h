@@ -13,7 +13,7 @@
 namespace rcs::bg {
 
 /// Moves the points of the legs ahead so that the sum of the squared changes of the curvature and
-/// of the squared displacements is least, with as much weight on the former as obstacles allow. The
+/// of the squared displacements is least; on open ground with more weight on the former. The
 /// ends of each leg stay, with their headings. Where the result would come nearer to an obstacle
 /// than `weights.near_m` (with the least weight: `margin_m`), and nearer than the path was, or turn
 /// sharper than the vehicle can, the points are held; a leg for which that does not suffice stays
