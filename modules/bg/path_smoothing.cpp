@@ -204,7 +204,7 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
       PathPoint* const leg = path->data() + begin;
       const double least_m = least_clearance(leg, n);
       for (const double rigidity : kRigidities) {
-        // Between obstacles a gentle curve is longer, and leads away from the only way through.
+        // Between obstacles a gentle curve is longer, and may miss the only gap.
         const bool last = rigidity == kRigidities.back();
         if (!last && least_m < weights.near_m) continue;
         const double clearance_m = last ? weights.margin_m : weights.near_m;
