@@ -75,22 +75,9 @@ void read_course(ParamTable table, CourseParams* course,
     random->reset();
     course->waypoints_world.clear();
   }
-  for (ParamTable waypoint : table.tables("waypoint")) {
-    Vec2 p = Vec2::Zero();
-    waypoint.get("x_m", &p.x(), {-5000, 5000}, "East coordinate of a waypoint in frame world.");
-    waypoint.get("y_m", &p.y(), {-5000, 5000}, "North coordinate of a waypoint in frame world.");
-    course->waypoints_world.push_back(p);
-  }
-  std::size_t near = 0;
-  for (std::size_t k = 1; k < course->waypoints_world.size(); ++k) {
-    if ((course->waypoints_world[k] - course->waypoints_world[k - 1]).norm() < 1.0) near = k;
-  }
+  read_line(&table, "waypoint", &course->waypoints_world);
   if (!*random && course->waypoints_world.size() < 2) {
     table.fail("waypoint", "at least two are needed");
-  }
-  if (near > 0) {
-    table.fail("waypoint",
-               "number " + std::to_string(near + 1) + " is within 1 m of the one before");
   }
 }
 

@@ -46,21 +46,26 @@ void read_roads(ParamTable* world, std::vector<Road>* roads) {
               "Spacing of the finest octave of the relief that remains on a road.");
     table.get("shoulder_m", &road.shoulder_m, {0, 200},
               "Width on each side of a road over which the ground passes into the relief.");
-    for (ParamTable point : table.tables("point")) {
-      Vec2 p = Vec2::Zero();
-      point.get("x_m", &p.x(), {-5000, 5000}, "East coordinate of a point of a road.");
-      point.get("y_m", &p.y(), {-5000, 5000}, "North coordinate of a point of a road.");
-      if (!road.points_world.empty() && (p - road.points_world.back()).norm() < 0.1) {
-        table.fail("point", "two points of a road are at the same place");
-      }
-      road.points_world.push_back(p);
-    }
+    read_line(&table, "point", &road.points_world);
     if (road.points_world.size() < 2) table.fail("point", "at least two are needed");
     roads->push_back(std::move(road));
   }
 }
 
 }  // namespace
+
+void read_line(ParamTable* table, const char* key, std::vector<Vec2>* places_world) {
+  for (ParamTable place : table->tables(key)) {
+    Vec2 p = Vec2::Zero();
+    place.get("x_m", &p.x(), {-5000, 5000}, "East coordinate of a place in frame world.");
+    place.get("y_m", &p.y(), {-5000, 5000}, "North coordinate of a place in frame world.");
+    places_world->push_back(p);
+  }
+  for (std::size_t k = places_world->size(); k-- > 1;) {
+    if (((*places_world)[k] - (*places_world)[k - 1]).norm() >= 1.0) continue;
+    table->fail(key, "number " + std::to_string(k + 1) + " is within 1 m of the one before");
+  }
+}
 
 void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::string* dem,
                 Geodetic* datum) {

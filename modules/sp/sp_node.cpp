@@ -226,14 +226,14 @@ void SpNode::finish_scan(const Cycle& cycle) {
                     assembler_.count().not_finite);
   }
   const bool repeated = repetition_.repeats(assembler_.scan()->points);
-  if (repeated) {
+  if (ladder_.level == Degrade::kHold) {
+    answer_without_registering(registration::Stop::kHeld, expected);
+  } else if (repeated) {
     ++account_.failed;
     report_.publish(cycle.now, event::kSpScanRepeated,
                     "scan {} rejected: its {} points are those of the scan before",
                     assembler_.scan_id(), assembler_.scan()->points.size());
     answer_without_registering(registration::Stop::kEmpty, expected);
-  } else if (ladder_.level == Degrade::kHold) {
-    answer_without_registering(registration::Stop::kHeld, expected);
   } else if (facet_count_ - facets_lost < config_.min_facets * facet_count_) {
     ++account_.failed;
     answer_without_registering(registration::Stop::kTooFew, expected);

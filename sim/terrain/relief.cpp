@@ -142,7 +142,12 @@ Relief::Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
 double Relief::height(double x_m, double y_m) const {
   double z = dem_height(x_m, y_m);
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
-    z += relief_share(roads_, octaves_[k].spacing_m, x_m, y_m) * octave_height(k, x_m, y_m);
+    double share = 1.0;
+    for (const Road& road : roads_) {
+      if (octaves_[k].spacing_m < road.finest_m)
+        share = std::min(share, relief_share(road, x_m, y_m));
+    }
+    z += share * octave_height(k, x_m, y_m);
   }
   return features_.empty() ? z : z + feature_height(features_, x_m, y_m);
 }
@@ -159,25 +164,26 @@ void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, in
       }
     }
   }
+  const std::vector<std::vector<float>> shares = road_shares(i0, j0, step_m, width, height);
   std::vector<float> octave;
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
-    const double spacing_m = octaves_[k].spacing_m;
-    const bool everywhere = std::none_of(roads_.begin(), roads_.end(), [spacing_m](const Road& r) {
-      return spacing_m < r.finest_m;
-    });
+    bool everywhere = true;
+    for (std::size_t r = 0; r < roads_.size(); ++r) {
+      everywhere = everywhere && (octaves_[k].spacing_m >= roads_[r].finest_m || shares[r].empty());
+    }
     if (everywhere) {
       add_octave(k, i0, j0, step_m, width, height, z_m);
       continue;
     }
     octave.assign(z_m->size(), 0.0F);
     add_octave(k, i0, j0, step_m, width, height, &octave);
-    std::size_t at = 0;
-    for (int j = 0; j < height; ++j) {
-      for (int i = 0; i < width; ++i, ++at) {
-        const double share = relief_share(roads_, spacing_m, static_cast<double>(i0 + i) * step_m,
-                                          static_cast<double>(j0 + j) * step_m);
-        (*z_m)[at] += static_cast<float>(share) * octave[at];
+    for (std::size_t at = 0; at < octave.size(); ++at) {
+      float share = 1.0F;
+      for (std::size_t r = 0; r < roads_.size(); ++r) {
+        if (octaves_[k].spacing_m >= roads_[r].finest_m || shares[r].empty()) continue;
+        share = std::min(share, shares[r][at]);
       }
+      (*z_m)[at] += share * octave[at];
     }
   }
   if (features_.empty()) return;
@@ -188,6 +194,25 @@ void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, in
           features_, static_cast<double>(i0 + i) * step_m, static_cast<double>(j0 + j) * step_m));
     }
   }
+}
+
+std::vector<std::vector<float>> Relief::road_shares(std::int64_t i0, std::int64_t j0, double step_m,
+                                                    int width, int height) const {
+  std::vector<std::vector<float>> out;
+  for (const Road& road : roads_) {
+    std::vector<float> shares;
+    bool touched = false;
+    for (int j = 0; j < height; ++j) {
+      for (int i = 0; i < width; ++i) {
+        shares.push_back(static_cast<float>(relief_share(road, static_cast<double>(i0 + i) * step_m,
+                                                         static_cast<double>(j0 + j) * step_m)));
+        touched = touched || shares.back() < 1.0F;
+      }
+    }
+    if (!touched) shares.clear();
+    out.push_back(std::move(shares));
+  }
+  return out;
 }
 
 void Relief::add_octave(std::size_t octave, std::int64_t i0, std::int64_t j0, double step_m,

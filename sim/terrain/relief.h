@@ -44,6 +44,10 @@ class Relief {
  private:
   [[nodiscard]] double dem_height(double x_m, double y_m) const;
   [[nodiscard]] double octave_height(std::size_t octave, double x_m, double y_m) const;
+  /// relief_share() of each road on a lattice as in fill(); empty: the road does not reach it.
+  [[nodiscard]] std::vector<std::vector<float>> road_shares(std::int64_t i0, std::int64_t j0,
+                                                            double step_m, int width,
+                                                            int height) const;
   /// Adds one octave on a lattice, see fill().
   void add_octave(std::size_t octave, std::int64_t i0, std::int64_t j0, double step_m, int width,
                   int height, std::vector<float>* z_m) const;

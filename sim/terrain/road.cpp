@@ -31,15 +31,10 @@ double distance_from_road(const std::vector<Road>& roads, double x_m, double y_m
   return least_m;
 }
 
-double relief_share(const std::vector<Road>& roads, double spacing_m, double x_m, double y_m) {
-  double least = 1.0;
-  for (const Road& road : roads) {
-    if (spacing_m >= road.finest_m) continue;
-    const double beside = distance_from(road, {x_m, y_m}) / std::max(road.shoulder_m, 1e-3);
-    const double s = std::clamp(beside, 0.0, 1.0);
-    least = std::min(least, s * s * (3.0 - 2.0 * s));
-  }
-  return least;
+double relief_share(const Road& road, double x_m, double y_m) {
+  const double beside = distance_from(road, {x_m, y_m}) / std::max(road.shoulder_m, 1e-3);
+  const double s = std::clamp(beside, 0.0, 1.0);
+  return s * s * (3.0 - 2.0 * s);
 }
 
 }  // namespace rcs::sim

@@ -18,10 +18,8 @@ struct Road {
 /// without roads.
 [[nodiscard]] double distance_from_road(const std::vector<Road>& roads, double x_m, double y_m);
 
-/// Share that an octave of the relief keeps: 0 on a road that it is too fine for, rising to 1 over
-/// the shoulder.
-/// @param spacing_m  of the octave
-[[nodiscard]] double relief_share(const std::vector<Road>& roads, double spacing_m, double x_m,
-                                  double y_m);
+/// Share that the octaves keep that are finer than the road has: 0 on it, rising to 1 over the
+/// shoulder.
+[[nodiscard]] double relief_share(const Road& road, double x_m, double y_m);
 
 }  // namespace rcs::sim

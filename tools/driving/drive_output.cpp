@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
-#include "lcmtypes/message_names.h"
+#include "tools/evaluation/route_json.h"
 
 namespace rcs::driving {
 namespace {
@@ -134,28 +133,12 @@ Json to_json(const ActorOutcome& outcome) {
           {"ground", to_json(outcome.ground)}};
 }
 
-/// null: not predicted.
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 /// Every choice of the mission node.
 Json to_json(const std::vector<routes_t>& choices) {
   Json out = Json::array();
   for (const routes_t& choice : choices) {
-    Json routes = Json::array();
-    for (const route_t& r : choice.route) {
-      routes.push_back({{"verdict", route_verdict_name(r.verdict)},
-                        {"weight", r.poverty_weight},
-                        {"length_m", r.length_m},
-                        {"time_s", r.time_s},
-                        {"sigma_max_m", finite(r.sigma_max_m)},
-                        {"level_max_m", finite(r.level_max_m)},
-                        {"risk", r.risk},
-                        {"cost_s", r.cost_s}});
-    }
-    out.push_back({{"utime", choice.utime},
-                   {"gps", choice.gps != 0},
-                   {"alert_limit_m", choice.alert_limit_m},
-                   {"candidates", routes}});
+    out.push_back(evaluation::route_choice_json(choice));
+    out.back()["utime"] = choice.utime;
   }
   return out;
 }

@@ -11,6 +11,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
 #include "rcs/node/time_text.h"
+#include "tools/evaluation/route_json.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/recording/run_log.h"
 #include "tools/studies/explanation_text.h"
@@ -149,21 +150,8 @@ Json mission_json(const MessageHistory& history, Stamp moment) {
                       {"reason", m.reason}};
   }
   if (history.routes.empty()) return json;
-  const routes_t& m = history.routes.back().message;
-  Json candidates = Json::array();
-  for (const route_t& r : m.route) {
-    candidates.push_back({{"verdict", route_verdict_name(r.verdict)},
-                          {"poverty_weight", r.poverty_weight},
-                          {"length_m", r.length_m},
-                          {"time_s", r.time_s},
-                          {"level_max_m", r.level_max_m},
-                          {"risk", r.risk},
-                          {"cost_s", r.cost_s}});
-  }
-  json["routes"] = {{"age_s", age_s(moment, history.routes.back().arrival)},
-                    {"alert_limit_m", m.alert_limit_m},
-                    {"gps", m.gps != 0},
-                    {"candidates", std::move(candidates)}};
+  json["routes"] = evaluation::route_choice_json(history.routes.back().message);
+  json["routes"]["age_s"] = age_s(moment, history.routes.back().arrival);
   return json;
 }
 
