@@ -1,5 +1,6 @@
 #pragma once
-// Protection levels of the position relative to the rolling map, from WM_NAV_STATE.
+// Protection levels of the position relative to the rolling map, from WM_NAV_STATE, and the largest
+// horizontal variance of a pose.
 
 #include <algorithm>
 #include <cmath>

@@ -108,7 +108,8 @@ const Folder kFolders[] = {
      "tools/(base|report|recording|evaluation|mapping|drills))/.*",
      "rcs::drills"},
     {"tools/driving/.*",
-     "(rcs|lcmtypes|modules/(sp|wm|vj|bg|mission)|sim|tools/(base|report|mapping|driving))/.*",
+     "(rcs|lcmtypes|modules/(sp|wm|vj|bg|mission)|sim|tools/"
+     "(base|report|evaluation|mapping|driving))/.*",
      "rcs::driving"},
     {"tools/studies/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"

@@ -144,8 +144,8 @@ double Relief::height(double x_m, double y_m) const {
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     double share = 1.0;
     for (const Road& road : roads_) {
-      if (octaves_[k].spacing_m < road.finest_m)
-        share = std::min(share, relief_share(road, x_m, y_m));
+      if (octaves_[k].spacing_m >= road.finest_m) continue;
+      share = std::min(share, relief_share(road, x_m, y_m));
     }
     z += share * octave_height(k, x_m, y_m);
   }
