@@ -39,16 +39,21 @@ Observability observability(const NormalEquations& sums, double min_alignment, d
   return obs;
 }
 
-Vec6 observed_step(const NormalEquations& sums, const Observability& obs,
-                   const Vec6& to_prediction) {
+Vec6 observed_step(const NormalEquations& sums, const Observability& obs, const Vec6& to_prediction,
+                   const Mat6& prior_information) {
   const Vec6 s = scale_of(obs.length_m);
-  const Vec6 gradient = s.cwiseProduct(sums.b) / std::max(sums.weight, 1e-300);
+  const double weight = std::max(sums.weight, 1e-300);
+  const Vec6 gradient = s.cwiseProduct(sums.b) / weight;
+  const Mat6 prior = s.asDiagonal() * prior_information * s.asDiagonal() / weight;
   const Vec6 back = to_prediction.cwiseQuotient(s);
   Vec6 step = Vec6::Zero();
   for (int k = 0; k < 6; ++k) {
     const Vec6 direction = obs.directions.col(k);
+    const double held = direction.dot(prior * direction);
     const double along =
-        k < obs.unobserved ? direction.dot(back) : -direction.dot(gradient) / obs.alignment[k];
+        k < obs.unobserved
+            ? direction.dot(back)
+            : (held * direction.dot(back) - direction.dot(gradient)) / (obs.alignment[k] + held);
     step += along * direction;
   }
   return s.cwiseProduct(step);

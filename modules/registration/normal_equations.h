@@ -48,8 +48,11 @@ struct Observability {
 /// Gauss-Newton step along observed directions; along the others the step returns to the
 /// prediction.
 /// @param to_prediction  log(T^-1 * T_prediction)
+/// @param prior_information  of the prediction, right perturbation; what it has in two observed
+///   directions in common is neglected
 [[nodiscard]] Vec6 observed_step(const NormalEquations& sums, const Observability& obs,
-                                 const Vec6& to_prediction);
+                                 const Vec6& to_prediction,
+                                 const Mat6& prior_information = Mat6::Zero());
 
 /// Gauss-Newton step with the prediction as a prior: for the first iterations, while matches are
 /// still wrong.

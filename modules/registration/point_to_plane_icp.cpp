@@ -14,6 +14,12 @@ namespace {
 // The prediction regularizes this many iterations, while the gate is wide and matches are still
 // wrong.
 constexpr int kSteered = 2;
+// Later ones are held by a prediction that is at least this uncertain. In directions that hardly
+// determine the pose the cost has many minima, which noise and small forms of the ground make:
+// without a hold the search walks through them, a resting vehicle by metres. The hold is
+// negligible in well determined directions, and the last step removes it from the others.
+constexpr double kHeld_m = 0.1;
+constexpr double kHeld_rad = 0.01;
 // A match is kept while its point has moved less than this. Near convergence, all matches are
 // searched again and then kept until convergence, twice: the last iterations solve one fixed
 // problem, which hardly depends on the start.
@@ -223,6 +229,14 @@ class Problem {
   bool keep_ = false;
 };
 
+/// Information of a prediction that is at least as uncertain as kHeld_*.
+Mat6 hold_of(const Mat6& covariance) {
+  Mat6 wide = covariance;
+  wide.diagonal().head<3>().array() += kHeld_m * kHeld_m;
+  wide.diagonal().tail<3>().array() += kHeld_rad * kHeld_rad;
+  return wide.ldlt().solve(Mat6::Identity());
+}
+
 Registration solve(const Points& source_vehicle, RollingMap* map, const Counterpart* counterpart,
                    const Prediction& prediction, const IcpParams& params, WorkUnits granted,
                    IcpWorkspace* workspace) {
@@ -233,10 +247,12 @@ Registration solve(const Points& source_vehicle, RollingMap* map, const Counterp
   if (source_vehicle.empty() || map->empty()) return out;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  const Mat6 hold = hold_of(prediction.covariance);
   Problem problem(source_vehicle, map, counterpart, params, workspace);
   out.points = static_cast<int>(problem.points());
   std::size_t stride = source_vehicle.size() >= kThinned * kThinnedFrom ? kThinned : 1;
   Pose T = prediction.T_target_vehicle;
+  Pose last = T;  // at which `sums` was evaluated
   Sums sums;
   Observability obs;
   double gate_m = params.gate_m;
@@ -264,7 +280,8 @@ Registration solve(const Points& source_vehicle, RollingMap* map, const Counterp
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
     const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
-                              : observed_step(sums.equations, obs, to_prediction);
+                              : observed_step(sums.equations, obs, to_prediction, hold);
+    last = T;
     T = T * exp_se3(step);
     const double in_sigmas = std::sqrt(step.dot(sums.equations.H * step));
     const bool approaching = problem.final_searches() == 0;
@@ -283,6 +300,10 @@ Registration solve(const Points& source_vehicle, RollingMap* map, const Counterp
     kernel = std::max(kKernelEnd, 0.5 * kernel);
   }
 
+  if (usable(out.stop) && out.iterations > kSteered) {
+    const Vec6 to_prediction = log_se3(last.inverse() * prediction.T_target_vehicle);
+    T = last * exp_se3(observed_step(sums.equations, obs, to_prediction));
+  }
   out.T_target_vehicle = T;
   out.pairs = sums.pairs;
   out.observability = obs.alignment.cwiseMin(1.0);

@@ -45,8 +45,8 @@ class IcpWorkspace {
 /// weights and a gate that shrinks to the noise).
 /// @param source_vehicle  deskewed, downsampled points [m]
 /// @param prediction  with an error of at most about one or two voxels, or it may stop in a local
-///   minimum. It regularizes the first iterations and the unobserved directions, and adds nothing
-///   else to the result.
+///   minimum. It regularizes the iterations and the unobserved directions, and adds nothing else to
+///   the result: the last step is without it.
 /// @param map  non-const because surfaces are fitted at their first use
 /// @param granted  work units; when they are used up, the best result so far is returned
 /// Deterministic. No allocation once `workspace` has held a scan as large.
