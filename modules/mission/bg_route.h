@@ -27,6 +27,10 @@ class BgRoute {
 
   /// BG reports how many of the places that it was sent are done.
   void note(int done) { done_ = std::max(done_, std::min(places_.size(), first_ + size_of(done))); }
+  /// BG begins at the first place that it is sent: after another command, at the next one.
+  void resume() {
+    if (done_ < places_.size()) first_ = done_;
+  }
   /// The window is moved once half of it is done: the place that BG drives to is in both.
   void advance() {
     if (done_ - first_ >= kWindow / 2 && first_ + kWindow < places_.size()) first_ = done_;

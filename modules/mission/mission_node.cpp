@@ -348,6 +348,7 @@ void MissionNode::send(std::int8_t kind, Stamp now) {
     ++places_done_;
     place_ends_.erase(place_ends_.begin());
   }
+  if (sent_ != kind) bg_route_.resume();
   bg_route_.advance();
   sent_ = kind;
   const command_t& task = *subordinate_.command();
