@@ -51,12 +51,9 @@ void add_driving(const std::string& log, report::HtmlPage* page) {
   page->paragraph(
       "Cells: obstacles in the last map of WM that contained them, by the height of their step; an "
       "edge that hides ground has none. Numbers: places of the task, or waypoints of the longest "
-      "command. Circles: "
-      "horizontal "
-      "protection level, every 15 m of the course; levels above 100 m are not drawn. "
-      "Frame local drifts against frame world: places are drawn by the last pose, routes by that "
-      "of "
-      "their choice.");
+      "command. Circles: horizontal protection level, every 15 m of the course; levels above 100 m "
+      "are not drawn. Frame local drifts against frame world: places are drawn by the last pose, "
+      "routes by that of their choice.");
   page->plot((*record)->plot);
   if ((*record)->choices.empty()) return;
   page->heading("Routes of the mission");
