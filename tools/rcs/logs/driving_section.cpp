@@ -36,9 +36,8 @@ report::Table route_table(const std::vector<routes_t>& choices) {
   t.note =
       "choice: time since the first one; routes are chosen again when GPS is lost, or when BG "
       "finds no path. level: largest horizontal protection level that WM predicts along the route "
-      "if GPS fails at its start, and the alert limit of the task: a route above it is not driven "
-      "without "
-      "GPS, as the vehicle would have to stop on it. cost: time, and the risk of that.";
+      "if GPS fails at its start, and the alert limit of the task: without GPS the vehicle drives "
+      "no route above it, as it would have to stop there. cost: time, and the risk of that.";
   return t;
 }
 
