@@ -158,10 +158,11 @@ void PathSearch::offer(const Node& node) {
 }
 
 // The LADAR looks ahead: ground that was neither seen nor driven over may hold a trunk.
-bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place) const {
+bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place,
+                              double margin_m) const {
   const double c = std::cos(place.heading_rad);
   const double s = std::sin(place.heading_rad);
-  const double back_m = -0.5 * shape_.length_m;
+  const double back_m = -0.5 * shape_.length_m - margin_m;
   for (const double share : {-0.5, 0.0, 0.5}) {
     const double aside_m = share * shape_.width_m;
     const Cell cell =
@@ -169,6 +170,17 @@ bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place) co
     if (!terrain.at(cell).known) return false;
   }
   return true;
+}
+
+// What was never seen behind the vehicle counts as an obstacle that is nearer than the margin.
+double PathSearch::cost_per_m(const vj::Terrain& terrain, const Place& place, int direction,
+                              double clearance_m) const {
+  const Cell cell = terrain.cell_at(place.x_m, place.y_m);
+  const double cost = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
+  if (direction > 0) return cost;
+  const bool near_unseen =
+      clearance_m >= weights_.margin_m && !known_behind(terrain, place, weights_.margin_m);
+  return weights_.reverse * (cost + (near_unseen ? weights_.within_margin : 0.0));
 }
 
 void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
@@ -199,10 +211,10 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);
         const double clearance_m = body_.clearance(obstacles, to.place);
-        free = clearance_m >= required_m_ && (direction > 0 || known_behind(terrain, to.place));
-        const Cell cell = terrain.cell_at(to.place.x_m, to.place.y_m);
-        const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_) + bend;
-        to.g += step_m * per_m * (direction < 0 ? weights_.reverse : 1.0);
+        free =
+            clearance_m >= required_m_ && (direction > 0 || known_behind(terrain, to.place, 0.0));
+        const double per_m = cost_per_m(terrain, to.place, direction, clearance_m);
+        to.g += step_m * (per_m + bend * (direction < 0 ? weights_.reverse : 1.0));
       }
       if (!free) continue;
       to.s_m += params_.arc_m;
@@ -227,9 +239,7 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
     reached = reached || within(p.place, to.goal);
     const double clearance_m = body_.clearance(obstacles, p.place);
     if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
-    const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
-    const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
-    cost += (p.s_m - path[k - 1].s_m) * per_m * (p.direction < 0 ? weights_.reverse : 1.0);
+    cost += (p.s_m - path[k - 1].s_m) * cost_per_m(terrain, p.place, p.direction, clearance_m);
     if (p.direction != path[k - 1].direction && k > 1) cost += weights_.turn_back;
   }
   if (path.empty()) return CostField::kNoWay;

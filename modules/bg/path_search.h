@@ -93,7 +93,11 @@ class PathSearch {
   };
   [[nodiscard]] std::size_t state(const Node& node) const;
   /// Whether the ground under the rear edge of the vehicle at this pose is known.
-  [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place) const;
+  /// The ground `margin_m` behind the rear edge, across its width.
+  [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place,
+                                  double margin_m) const;
+  [[nodiscard]] double cost_per_m(const vj::Terrain& terrain, const Place& place, int direction,
+                                  double clearance_m) const;
   /// @param reached  the first target, by this node
   void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
               bool reached);

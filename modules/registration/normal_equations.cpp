@@ -7,6 +7,9 @@
 namespace rcs::registration {
 namespace {
 
+// A direction is unobserved if the errors of the normals make up more than 1 / kNoise of it.
+constexpr double kNoise = 2.0;
+
 // Coordinates (rho, length * phi) -> (rho, phi).
 Vec6 scale_of(double length_m) {
   Vec6 s;
@@ -34,7 +37,8 @@ Observability observability(const NormalEquations& sums, double min_alignment, d
     const Vec6 direction = obs.directions.col(k);
     const double by_noise = direction.dot(noise * direction);
     // Ascending: all weaker directions are unobserved with it.
-    if (obs.alignment[k] < std::max(weakest, 2.0 * by_noise)) obs.unobserved = k + 1;
+    if (obs.alignment[k] < std::max(weakest, kNoise * by_noise)) obs.unobserved = k + 1;
+    obs.trust[k] = std::max(0.0, 1.0 - kNoise * by_noise / std::max(obs.alignment[k], 1e-300));
   }
   return obs;
 }
@@ -66,7 +70,7 @@ Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
 }
 
 Mat6 observed_part(const Mat6& information, const Observability& obs) {
-  if (obs.unobserved == 0) return information;
+  if (obs.unobserved == 0 && obs.trust.minCoeff() == 1.0) return information;
   if (obs.unobserved == 6) return Mat6::Zero();
   // Fixing the unobserved directions at the prediction would overestimate the information of the
   // others: they are marginalized out (Schur complement).
@@ -79,11 +83,14 @@ Mat6 observed_part(const Mat6& information, const Observability& obs) {
   // Directions without information share almost none: a floor keeps the inverse finite.
   Mat6 joined = Mat6::Zero();
   using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;  // on the stack
-  Block uu = local.topLeftCorner(u, u);
-  const Block uo = local.topRightCorner(u, o);
-  uu.diagonal().array() += 1e-9 * local.trace() + 1e-12;
-  joined.bottomRightCorner(o, o) =
-      local.bottomRightCorner(o, o) - uo.transpose() * uu.ldlt().solve(uo);
+  joined.bottomRightCorner(o, o) = local.bottomRightCorner(o, o);
+  if (u > 0) {
+    Block uu = local.topLeftCorner(u, u);
+    const Block uo = local.topRightCorner(u, o);
+    uu.diagonal().array() += 1e-9 * local.trace() + 1e-12;
+    joined.bottomRightCorner(o, o) -= uo.transpose() * uu.ldlt().solve(uo);
+  }
+  joined = obs.trust.asDiagonal() * joined * obs.trust.asDiagonal();
   return B * joined * B.transpose();
 }
 

@@ -35,8 +35,11 @@ struct Observability {
   /// Ascending. Mean squared; above 1 where a rotation and a translation are coupled.
   Vec6 alignment = Vec6::Zero();
   Mat6 directions = Mat6::Identity();  ///< columns, in coordinates (rho, length * phi)
-  double length_m = 1.0;               ///< makes rotations comparable to translations
-  int unobserved = 6;                  ///< number of leading columns that are unobserved
+  /// Factor on what the residuals say about a direction: less the slopes that the errors of the
+  /// normals pretend. 1 without such errors, 0 where the direction becomes unobserved.
+  Vec6 trust = Vec6::Ones();
+  double length_m = 1.0;  ///< makes rotations comparable to translations
+  int unobserved = 6;     ///< number of leading columns that are unobserved
 };
 
 /// A direction counts as unobserved if its alignment is below `min_alignment`, if less than half of
@@ -60,7 +63,7 @@ struct Observability {
 [[nodiscard]] Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
                                 const Vec6& to_prediction);
 
-/// `information` with the unobserved directions removed.
+/// `information` with the unobserved directions removed, and the others as far as they are trusted.
 [[nodiscard]] Mat6 observed_part(const Mat6& information, const Observability& obs);
 
 }  // namespace rcs::registration

@@ -116,6 +116,7 @@ bool Fuser::clone(const RollingMatch& z) {
 }
 
 void Fuser::operator()(const RollingMatch& as_registered) {
+  constexpr double kLeastWeight = 0.02;  // at standstill
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
   if (z.seeded) {
     // Also without LADAR: the new map is where the vehicle is, which measures nothing.
@@ -152,7 +153,14 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     refuse(Source::kRolling, Reason::kEpoch);
     return;
   }
-  const Residual<6> r = rolling_match(s_.belief.x, z, model_.params.rolling.match);
+  const RollingParams& rolling = model_.params.rolling;
+  const SourceRecord& last = s_.memory.of(Source::kRolling);
+  const double way_m = s_.memory.distance_m - last.distance_m;
+  const double weight = last.accepted == Stamp::min()
+                            ? 1.0
+                            : std::clamp(way_m / rolling.correlation_m, kLeastWeight, 1.0);
+  const auto match = [&](const NavState& x) { return rolling_match(x, z, rolling.match, weight); };
+  const Residual<6> r = match(s_.belief.x);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
   const Vec3 apart_m = displacement(s_.belief.x, z, model_.params.rolling.match);
   if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) {
@@ -164,17 +172,12 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     rejected.stamp = Stamp::min();
     return;
   }
-  const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
-  const auto match = [&](const NavState& x) {
-    return rolling_match(x, z, model_.params.rolling.match);
-  };
   if (fuse(Source::kRolling, match) != Reason::kAccepted) {
     s_.memory.rejected_matches.add(stamp(), apart_m);
     return;
   }
   s_.memory.rejected_matches.stamp = Stamp::min();
   // The scan with its error is part of the map now, to which later scans are matched.
-  const RollingParams& rolling = model_.params.rolling;
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
   s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
   s_.memory.inherited_rad2 = inherited(5, 5);

@@ -145,10 +145,10 @@ Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& pa
 }
 
 Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
-                          const RegistrationParams& params) {
+                          const RegistrationParams& params, double weight) {
   const Vec6 r = log_se3(T_rolling_vehicle(x).inverse() * z.T_rolling_vehicle);
   return project(r, left_jacobian_inverse_se3(r) * rolling_pose_jacobian(x), z.information,
-                 systematic_covariance(x, params), params, 1.0);
+                 systematic_covariance(x, params), params, weight);
 }
 
 MapBias believed_bias(const MapBias& said, const WmParams& params) {

@@ -86,8 +86,9 @@ struct OdometrySample {
                                        const Vec3& accel_world);
 
 /// Pose in the rolling map, along the observed directions only: r = log(predicted^-1 * measured).
+/// @param weight  share of the information that is new since the last match, (0, 1]
 [[nodiscard]] Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
-                                        const RegistrationParams& params);
+                                        const RegistrationParams& params, double weight);
 
 /// Pose in the a priori map, which is shifted by the prior-map bias.
 /// @param weight  share of the information that is new since the last match, (0, 1]

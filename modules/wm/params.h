@@ -78,6 +78,8 @@ struct RollingParams {
   /// Share of the covariance of a scan that the rolling map inherits for each metre driven, at most
   /// once a scan [1/m].
   double inherited = 0.2;
+  /// Scans closer together see the same points of the ground and share their error.
+  double correlation_m = 0.35;
 };
 
 struct PriorMapParams {

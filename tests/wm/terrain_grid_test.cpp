@@ -150,6 +150,28 @@ TEST_F(TerrainGridTest, ARockIsDetectedAtShortRangeAfterInaccurateScansAtLongRan
   EXPECT_FALSE(finds_rock(0.0)) << "the test needs more error";
 }
 
+// The far side of a ditch is seen lower from farther away than from near, where the rays pass above
+// it: what was seen of it remains.
+TEST_F(TerrainGridTest, PointsBesideAFaceDoNotFillTheDitchBelowIt) {
+  const auto look = [&](bool foot) {
+    points_.clear();
+    for (int j = -60; j < 60; ++j) {
+      const float y = 0.05F * static_cast<float>(j);
+      for (int i = 120; i < 260; ++i) {
+        if (i < 180 || i >= 199) points_.push_back(Vec3f(0.05F * static_cast<float>(i), y, 0.0F));
+      }
+      if (foot) points_.push_back(Vec3f(9.9F, y, -0.6F));
+    }
+    grid_.insert(points_, Pose());
+  };
+  for (int k = 0; k < 5; ++k) look(true);
+  const TerrainAnswer before = at(Pose(), 9.9, 0.0);
+  EXPECT_TRUE(before.obstacle);
+  for (int k = 0; k < 40; ++k) look(false);
+  const TerrainAnswer after = at(Pose(), 9.9, 0.0);
+  EXPECT_TRUE(after.obstacle) << "step of " << after.step_m << " m, before " << before.step_m;
+}
+
 TEST_F(TerrainGridTest, RemovedObjectsAreCleared) {
   for (int k = 0; k < 5; ++k) scan(T_, true);
   ASSERT_TRUE(at(T_, 10.0, 0.0).obstacle);

@@ -166,7 +166,11 @@ void TerrainGrid::update_low(const Seen& seen, TerrainCell* cell) const {
       0.5F;  // of the ground towards a lower point: limits the effect of an outlier
   constexpr float kRise = 0.03F;  // of the ground towards a higher point, in case it was too low
   constexpr unsigned kEnough = 3;
-  const auto follow = [&seen](float low_m) {
+  constexpr float kSame_m = 0.1F;
+  // A higher point beside a face does not contradict what was seen at its foot.
+  constexpr float kFace_m = 0.2F;
+  const auto follow = [&](float low_m) {
+    if (cell->confirmed == kEnough && seen.low_m > low_m + kFace_m) return low_m;
     return low_m + (seen.low_m < low_m ? kSink : kRise) * (seen.low_m - low_m);
   };
   if (seen.accurate) {
@@ -178,6 +182,7 @@ void TerrainGrid::update_low(const Seen& seen, TerrainCell* cell) const {
   } else {
     cell->low_m = cell->scans == 0 ? seen.low_m : follow(cell->low_m);
   }
+  if (seen.low_m < cell->low_m + kSame_m && cell->confirmed < kEnough) ++cell->confirmed;
 }
 
 void TerrainGrid::update(const Seen& seen) {
@@ -272,7 +277,7 @@ void TerrainGrid::collect_lows(Cell first) {
         low.m = std::min(low.m, q->low_m);
         low.ground |= q->ground_seen & (q->scans > 0);
         low.sure |= q->scans >= kSeenEnough;
-        low.hidden |= (q->scans == 0) & (q->hidden >= kHiddenEnough);
+        low.hidden |= (q->accurate == 0) & (q->hidden >= kHiddenEnough);
       }
       low.known = low.m < kUnknown_m;
       row[i] = low;

@@ -69,6 +69,7 @@ struct TerrainCell {
   std::uint16_t scans = 0;       ///< scans that saw it, saturating; 0: unknown
   std::uint8_t ground_seen : 1;  ///< from farther than near_m: low_m may be the ground
   std::uint8_t accurate : 2;     ///< scans at short range, saturating
+  std::uint8_t confirmed : 2;    ///< scans whose lowest point was about low_m, saturating
   /// Net number of observations that an edge hides it, while it is unknown.
   std::uint8_t hidden = 0;
   // Rays that ended in what stands on the ground here, and that passed below its top.
@@ -81,7 +82,14 @@ struct TerrainCell {
   std::uint8_t hit : 1;             ///< by a ray of the current scan, in what stands here
   std::uint8_t ground_unknown : 1;  ///< when the object was first seen here
 
-  TerrainCell() : ground_seen(0), accurate(0), upright(0), listed(0), hit(0), ground_unknown(0) {}
+  TerrainCell()
+      : ground_seen(0),
+        accurate(0),
+        confirmed(0),
+        upright(0),
+        listed(0),
+        hit(0),
+        ground_unknown(0) {}
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 

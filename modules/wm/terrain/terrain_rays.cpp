@@ -42,9 +42,10 @@ void TerrainGrid::look_before(const Seen& seen, const Vec2& ladar) {
   const HiddenGap gap = hidden_gap(
       [&](int k) {
         const TerrainCell* const cell = k * step_m < away_m ? cell_before(k) : nullptr;
-        // Where something stands upright, its foot may be taken for the ground.
-        const bool known =
-            cell != nullptr && cell->scans > 0 && cell->ground_seen && cell->upright == 0;
+        // Errors of scans at longer range assign ground to a ditch. Where something stands upright,
+        // its foot may be taken for the ground.
+        const bool seen_now = cell != nullptr && (seen.accurate ? cell->accurate : cell->scans) > 0;
+        const bool known = seen_now && cell->ground_seen && cell->upright == 0;
         return known ? cell->low_m : std::numeric_limits<float>::quiet_NaN();
       },
       step_m, params_.edge);
