@@ -80,6 +80,7 @@ void HtmlPage::table(const Table& table) {
     body_ += "</tr>\n";
   }
   body_ += "</tbody></table></div>\n";
+  if (!table.note.empty()) paragraph(table.note);
 }
 
 void HtmlPage::plot(const Plot& plot) {

@@ -29,6 +29,12 @@ TEST(HtmlPage, AVerdictIsVisible) {
   EXPECT_THAT(failed.finish(), HasSubstr("class=\"verdict fail\">Failed: 2 of 3 drills"));
 }
 
+TEST(HtmlPage, ATableIsExplainedBelowIt) {
+  HtmlPage with = page();
+  with.table(Table{{"a"}, {{"1"}}, "a: what <a> is"});
+  EXPECT_THAT(with.finish(), HasSubstr("</table></div>\n<p>a: what &lt;a&gt; is</p>"));
+}
+
 TEST(HtmlPage, MomentsOpenTheViewerAtTheirTime) {
   HtmlPage with = page();
   with.moments("out/run.log", {{"begin of the outage", 60.04}, {"largest error", 97.5}});
