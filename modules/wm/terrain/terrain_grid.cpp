@@ -169,20 +169,21 @@ void TerrainGrid::update_low(const Seen& seen, TerrainCell* cell) const {
   constexpr float kSame_m = 0.1F;
   // A higher point beside a face does not contradict what was seen at its foot.
   constexpr float kFace_m = 0.2F;
-  const auto follow = [&](float low_m) {
-    if (cell->confirmed == kEnough && seen.low_m > low_m + kFace_m) return low_m;
+  const auto follow = [&](float low_m, bool face) {
+    if (face && seen.low_m > low_m + kFace_m) return low_m;
     return low_m + (seen.low_m < low_m ? kSink : kRise) * (seen.low_m - low_m);
   };
   if (seen.accurate) {
-    cell->accurate_low_m = cell->accurate == 0 ? seen.low_m : follow(cell->accurate_low_m);
+    float* const low_m = &cell->accurate_low_m;
+    *low_m = cell->accurate == 0 ? seen.low_m : follow(*low_m, cell->confirmed == kEnough);
     if (cell->accurate < kEnough) ++cell->accurate;
+    if (seen.low_m < *low_m + kSame_m && cell->confirmed < kEnough) ++cell->confirmed;
   }
   if (cell->accurate == kEnough) {
     cell->low_m = cell->accurate_low_m;
   } else {
-    cell->low_m = cell->scans == 0 ? seen.low_m : follow(cell->low_m);
+    cell->low_m = cell->scans == 0 ? seen.low_m : follow(cell->low_m, false);
   }
-  if (seen.low_m < cell->low_m + kSame_m && cell->confirmed < kEnough) ++cell->confirmed;
 }
 
 void TerrainGrid::update(const Seen& seen) {

@@ -69,7 +69,7 @@ struct TerrainCell {
   std::uint16_t scans = 0;       ///< scans that saw it, saturating; 0: unknown
   std::uint8_t ground_seen : 1;  ///< from farther than near_m: low_m may be the ground
   std::uint8_t accurate : 2;     ///< scans at short range, saturating
-  std::uint8_t confirmed : 2;    ///< scans whose lowest point was about low_m, saturating
+  std::uint8_t confirmed : 2;    ///< of these, those with a lowest point at accurate_low_m
   /// Net number of observations that an edge hides it, while it is unknown.
   std::uint8_t hidden = 0;
   // Rays that ended in what stands on the ground here, and that passed below its top.
