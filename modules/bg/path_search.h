@@ -92,10 +92,10 @@ class PathSearch {
     int node;
   };
   [[nodiscard]] std::size_t state(const Node& node) const;
-  /// Whether the ground under the rear edge of the vehicle at this pose is known.
-  /// The ground `margin_m` behind the rear edge, across its width.
+  /// Whether the ground `margin_m` behind the rear edge of the vehicle at this pose is known.
   [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place,
                                   double margin_m) const;
+  /// Of the ground below and, backwards, of what is unseen behind, in metres of easy ground.
   [[nodiscard]] double cost_per_m(const vj::Terrain& terrain, const Place& place, int direction,
                                   double clearance_m) const;
   /// @param reached  the first target, by this node

@@ -31,6 +31,7 @@ class Fuser {
   void follow_claim(const Vec3& sigma_m);
   void follow_map(const MapBias& said);
   const TileTrust& watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis);
+  [[nodiscard]] double new_share(Source source, double correlation_m) const;
   void look_at(Source source, const Residual<3>& z);
   void constrain();
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
@@ -115,6 +116,14 @@ bool Fuser::clone(const RollingMatch& z) {
   return true;
 }
 
+/// Scans close together see the same points of the ground, in the scan and in the map, and share
+/// their error: what is new in a match comes with the way since the last one.
+double Fuser::new_share(Source source, double correlation_m) const {
+  const SourceRecord& last = s_.memory.of(source);
+  if (last.accepted == Stamp::min()) return 1.0;
+  return std::min(1.0, (s_.memory.distance_m - last.distance_m) / correlation_m);
+}
+
 void Fuser::operator()(const RollingMatch& as_registered) {
   constexpr double kLeastWeight = 0.02;  // at standstill
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
@@ -154,11 +163,8 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     return;
   }
   const RollingParams& rolling = model_.params.rolling;
-  const SourceRecord& last = s_.memory.of(Source::kRolling);
-  const double way_m = s_.memory.distance_m - last.distance_m;
-  const double weight = last.accepted == Stamp::min()
-                            ? 1.0
-                            : std::clamp(way_m / rolling.correlation_m, kLeastWeight, 1.0);
+  const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
+  const double weight = std::max(kLeastWeight, new_share(Source::kRolling, rolling.correlation_m));
   const auto match = [&](const NavState& x) { return rolling_match(x, z, rolling.match, weight); };
   const Residual<6> r = match(s_.belief.x);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
@@ -246,14 +252,8 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
-  // Scans taken close together are matched to the same cells and share the errors of the map: new
-  // information comes with the distance driven only, and none at standstill.
   constexpr double kMin = 0.02;
-  const SourceRecord& last = m.of(Source::kPriorMap);
-  const double weight =
-      last.accepted == Stamp::min()
-          ? 1.0
-          : std::min(1.0, (m.distance_m - last.distance_m) / model_.params.prior.correlation_m);
+  const double weight = new_share(Source::kPriorMap, model_.params.prior.correlation_m);
   if (weight < kMin) {
     refuse(Source::kPriorMap, Reason::kRepeated);
     return;
