@@ -23,12 +23,6 @@ constexpr double kCorrected_m = 0.1;
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
 
-bool fell_silent(const InertialBuffer& inertial, Stamp reference) {
-  const InertialSample& newest = inertial[inertial.size() - 1];
-  const Duration silence = reference - newest.stamp;
-  return silence > std::max(kInertialGap, 3 * newest.interval);
-}
-
 bool has_gap(const InertialBuffer& inertial, Stamp reference) {
   for (std::size_t i = inertial.size() - 1; i > 0; --i) {
     const InertialSample& later = inertial[i];
@@ -45,6 +39,12 @@ bool possible(const Vec6& twist) {
 }
 
 }  // namespace
+
+bool silent(const InertialBuffer& inertial, Stamp reference) {
+  const InertialSample& newest = inertial[inertial.size() - 1];
+  const Duration silence = reference - newest.stamp;
+  return silence > std::max(kInertialGap, 3 * newest.interval);
+}
 
 Mat6 isotropic(double sigma_m, double sigma_rad) {
   Vec6 d;
@@ -105,9 +105,9 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
   if (inertial.size() > 0) {
-    const bool silent = fell_silent(inertial, reference);
-    e.ins_returned = !silent && has_gap(inertial, reference);
-    e.ins_lost = silent || e.ins_returned;
+    const bool gone = silent(inertial, reference);
+    e.ins_returned = !gone && has_gap(inertial, reference);
+    e.ins_lost = gone || e.ins_returned;
   }
   const bool inertial_covers =
       inertial.size() > 0 && inertial[inertial.size() - 1].stamp >= reference - kInertialGap;

@@ -35,6 +35,9 @@ struct ExpectationParams {
   double sigma_scale = 1.0;       ///< factor on the sigma of WM's prediction
 };
 
+/// @param inertial  at least one sample; @return true: the newest is too old for a scan of then
+[[nodiscard]] bool silent(const InertialBuffer& inertial, Stamp reference);
+
 [[nodiscard]] Mat6 isotropic(double sigma_m, double sigma_rad);
 
 /// Known motion in the frame of the current rolling map.

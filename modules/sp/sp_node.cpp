@@ -25,6 +25,12 @@ bool usable_covariance(const Mat6& c) {
          Mat6(c + isotropic(0.01, 0.001)).llt().info() == Eigen::Success;
 }
 
+/// WM uses no INS: it is silent, or excluded.
+bool without_ins(std::int8_t mode) {
+  return mode == nav_state_t::MODE_GPS_LADAR || mode == nav_state_t::MODE_LADAR ||
+         mode == nav_state_t::MODE_LOST;
+}
+
 }  // namespace
 
 SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
@@ -102,6 +108,7 @@ void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
     // WM reports a rejected sample, as it does repeated and late ones.
     if (ins_content_.add(*m) != InsFault::kNone || !plausible(*m)) continue;
+    if (ins_excluded_) continue;
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
                        from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));
@@ -111,6 +118,7 @@ void SpNode::take_inertial() {
 void SpNode::take_belief(Stamp now) {
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
+  ins_excluded_ = without_ins(m->mode);
   constexpr std::int64_t kLongest_us = 1'000'000'000'000;
   const Duration shift{std::clamp(m->ins_shift_us, -kLongest_us, kLongest_us)};
   if (shift != ins_shift_) {
@@ -210,7 +218,7 @@ void SpNode::finish_scan(const Cycle& cycle) {
   choose_level(cycle);
   const Stamp measured = assembler_.scan()->reference;
   correct_stamp(cycle);
-  refer_to_newest_ins(assembler_.scan());
+  choose_reference(assembler_.scan());
   begin_answer(cycle, measured);
   Expectation expected =
       motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);

@@ -60,7 +60,7 @@ class SpNode final : public Node {
   void answer(const registration::Registration& registration, int target);
   void answer_without_registering(registration::Stop stop, const Expectation& expected);
   void correct_stamp(const Cycle& cycle);
-  void refer_to_newest_ins(Scan* scan) const;
+  void choose_reference(Scan* scan) const;
   void decide_stamp(Expectation* expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void deskew_and_sample(const MotionState& motion);
@@ -117,7 +117,8 @@ class SpNode final : public Node {
   Duration reported_shift_{};  // of the stamps of the scans
   InertialBuffer inertial_;
   InsContent ins_content_;
-  Duration ins_shift_{};  // correction of the stamps of INS, from WM
+  bool ins_excluded_ = false;  // by WM
+  Duration ins_shift_{};       // correction of the stamps of INS, from WM
   MotionTable motion_;
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;

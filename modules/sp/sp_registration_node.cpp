@@ -13,10 +13,11 @@
 namespace rcs::sp {
 namespace {
 
-// Sigma of the distortion of a scan that is deskewed with an extrapolated motion; chosen with drill
-// d15_silence_ins_3_outage, seeds 1 to 8 (from 0.1 to 0.5 m, 0.005 to 0.05 rad).
-constexpr double kDistortion_m = 0.2;
-constexpr double kDistortion_rad = 0.01;
+// Sigma of the distortion of a scan that is deskewed with an extrapolated motion; chosen with 25 s
+// without INS and GPS on drill.toml and steep_ridge.toml, seeds 1 to 6 (from 0.02 to 0.3 m, 0.001
+// to 0.05 rad).
+constexpr double kDistortion_m = 0.1;
+constexpr double kDistortion_rad = 0.005;
 // After a gap of the INS the prediction is off by metres and degrees. A registration that matches
 // less than these shares of the usual overlap is searched again from farther away, or rejected.
 constexpr double kDoubtful = 0.8;
@@ -57,11 +58,20 @@ void SpNode::correct_stamp(const Cycle& cycle) {
 
 /// WM fuses a scan once the INS has reached its instant. For a scan that ends a little after the
 /// newest sample that is the instant of this sample, so that nothing waits for the next one.
-void SpNode::refer_to_newest_ins(Scan* scan) const {
-  constexpr Duration kReferred = from_milliseconds(30.0);  // usual latency and interval of an INS
-  if (inertial_.size() == 0 || scan->dt_us.empty()) return;
-  const Duration ahead = scan->reference - inertial_[inertial_.size() - 1].stamp;
-  if (ahead <= Duration::zero() || ahead > kReferred) return;
+/// Without INS it is the middle of the scan. An error of the velocity with which the scan is
+/// deskewed moves no pose there. At the end of the scan it moves the pose by half of its distance
+/// in the scan, and the next velocity by the opposite: the poses then alternate by metres.
+void SpNode::choose_reference(Scan* scan) const {
+  if (scan->dt_us.empty()) return;
+  Duration ahead{};
+  if (inertial_.size() == 0 || silent(inertial_, scan->reference)) {
+    const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
+    ahead = -Duration((*first + *last) / 2);
+  } else {
+    constexpr Duration kReferred = from_milliseconds(30.0);  // usual latency and interval of an INS
+    ahead = scan->reference - inertial_[inertial_.size() - 1].stamp;
+    if (ahead <= Duration::zero() || ahead > kReferred) return;
+  }
   scan->reference -= ahead;
   for (auto& dt : scan->dt_us) dt += static_cast<std::int32_t>(ahead.count());
 }
@@ -223,21 +233,20 @@ void SpNode::register_by_last_scan(double least, ScanPair* pair,
 }
 
 /// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
-/// again with the motion from the last scan to it, and registered again.
+/// again with the motion from the last scan to it, and registered again. Twice is worse.
 void SpNode::follow_motion(const Expectation& expected, registration::Registration* rolling) {
-  constexpr int kPasses = 2;
-  for (int pass = 0; pass < kPasses && registration::usable(rolling->stop); ++pass) {
-    Scan* scan = assembler_.scan();
-    const std::optional<MotionState> motion =
-        motion_guess_.motion_to(scan->reference, rolling->T_target_vehicle);
-    if (!motion) return;
-    *scan = as_measured_;
-    deskew_and_sample(*motion);
-    const registration::Prediction start{rolling->T_target_vehicle, expected.covariance};
-    const registration::Registration again =
-        registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
-    granted_ -= again.used;
-    if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) return;
+  if (!registration::usable(rolling->stop)) return;
+  Scan* scan = assembler_.scan();
+  const std::optional<MotionState> motion =
+      motion_guess_.motion_to(scan->reference, rolling->T_target_vehicle);
+  if (!motion) return;
+  *scan = as_measured_;
+  deskew_and_sample(*motion);
+  const registration::Prediction start{rolling->T_target_vehicle, expected.covariance};
+  const registration::Registration again =
+      registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  if (registration::usable(again.stop) && again.stop != registration::Stop::kBudget) {
     *rolling = again;
   }
 }

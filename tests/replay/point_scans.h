@@ -1,6 +1,8 @@
 #pragma once
 // Scans in memory as LADAR_POINTS in lockstep.
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -20,8 +22,9 @@ namespace rcs::test {
 class PointScans final : public EventSource {
  public:
   /// @param scans  frame of the LADAR [m]
-  PointScans(std::vector<Points> scans, Duration interval, int facets)
-      : scans_(std::move(scans)), interval_(interval), facets_(facets) {}
+  /// @param lasts  a scan is measured in this time before its reference instant; 0: at it
+  PointScans(std::vector<Points> scans, Duration interval, int facets, Duration lasts = {})
+      : scans_(std::move(scans)), interval_(interval), facets_(facets), lasts_(lasts) {}
 
   Stamp peek() override {
     if (scan_ == scans_.size()) return Stamp::max();
@@ -37,8 +40,8 @@ class PointScans final : public EventSource {
       return std::vector<float>(all.begin() + bound(facet_), all.begin() + bound(facet_ + 1));
     };
     ladar_points_t m{};
-    m.utime = to_utime(reference());
-    m.reference_utime = m.utime;
+    m.utime = to_utime(reference() - lasts_);
+    m.reference_utime = to_utime(reference());
     m.seq = ++seq_;
     m.scan_id = static_cast<std::int64_t>(scan_);
     m.facet = static_cast<std::int16_t>(facet_);
@@ -47,6 +50,12 @@ class PointScans final : public EventSource {
     m.y_m = part(points.y);
     m.z_m = part(points.z);
     m.n = static_cast<std::int32_t>(m.x_m.size());
+    for (std::ptrdiff_t i = bound(facet_); lasts_ > Duration::zero() && i < bound(facet_ + 1);
+         ++i) {
+      m.dt_us.push_back(static_cast<std::int32_t>(lasts_.count() * i /
+                                                  std::max<std::ptrdiff_t>(1, bound(facets_) - 1)));
+    }
+    m.n_time = static_cast<std::int32_t>(m.dt_us.size());
     event->channel = channel::kLadarPoints;
     event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
     m.encode(event->data.data(), 0, m.getEncodedSize());
@@ -61,6 +70,7 @@ class PointScans final : public EventSource {
   std::vector<Points> scans_;
   Duration interval_;
   int facets_;
+  Duration lasts_;
   std::size_t scan_ = 0;
   int facet_ = 0;
   std::int64_t seq_ = 0;

@@ -12,6 +12,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "tests/registration/ray_scenes.h"
 #include "tests/replay/point_scans.h"
@@ -23,10 +24,23 @@ namespace {
 constexpr Duration kInterval = from_milliseconds(100.0);
 constexpr Duration kInsInterval = from_milliseconds(10.0);
 
+template <class Message>
+void encode(const char* channel, const Message& m, SourceEvent* event) {
+  event->channel = channel;
+  event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
+  m.encode(event->data.data(), 0, m.getEncodedSize());
+}
+
 /// Scans, and an INS that is at rest whatever the scans show.
 class WithInsAtRest final : public EventSource {
  public:
-  explicit WithInsAtRest(std::vector<Points> scans) : scans_(std::move(scans), kInterval, 1) {}
+  explicit WithInsAtRest(std::vector<Points> scans, Duration lasts = {})
+      : scans_(std::move(scans), kInterval, 1, lasts) {}
+
+  /// Without INS from then on.
+  void silent_from(Stamp stamp) { silent_from_ = stamp; }
+  /// From then on WM does not use the INS.
+  void excluded_from(Stamp stamp) { excluded_from_ = stamp; }
 
   Stamp peek() override {
     return scans_.peek() == Stamp::max() ? Stamp::max() : std::min(scans_.peek(), next_);
@@ -36,6 +50,15 @@ class WithInsAtRest final : public EventSource {
       scans_.take(event);
       return;
     }
+    if (next_ >= excluded_from_) {
+      nav_state_t state{};
+      state.utime = to_utime(next_);
+      state.q_world_vehicle[0] = state.q_rolling_vehicle[0] = state.q_local_vehicle[0] = 1.0;
+      state.mode = nav_state_t::MODE_LADAR;
+      encode(channel::kWmNavState, state, event);
+      excluded_from_ = Stamp::max();
+      return;
+    }
     ins_t m{};
     m.utime = to_utime(next_);
     m.seq = ++seq_;
@@ -43,15 +66,15 @@ class WithInsAtRest final : public EventSource {
     m.delta_angle_rad[2] = 1e-6 * static_cast<double>(seq_ % 7);  // not a sensor that is stuck
     m.delta_v_mps[2] = 9.81 * seconds(kInsInterval) + 1e-5 * static_cast<double>(seq_ % 5);
     m.valid = 1;
-    event->channel = channel::kIns;
-    event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
-    m.encode(event->data.data(), 0, m.getEncodedSize());
+    encode(channel::kIns, m, event);
     next_ += kInsInterval;
+    if (next_ >= silent_from_) next_ = Stamp::max();
   }
 
  private:
   PointScans scans_;
   Stamp next_ = Stamp() + kInsInterval;
+  Stamp silent_from_ = Stamp::max(), excluded_from_ = Stamp::max();
   std::int64_t seq_ = 0;
 };
 
@@ -150,6 +173,35 @@ TEST(SpRecovery, ABlindedLadarIsRejectedAndComesBack) {
     EXPECT_EQ(seen.wrong, 0) << left;
     EXPECT_TRUE(is_usable(found.back())) << left;
     EXPECT_EQ(found.back().map_epoch, found.front().map_epoch) << left;
+  }
+}
+
+/// At the middle of a scan an error of the velocity moves no pose (ADR 111).
+TEST(SpRecovery, WithoutInsAScanRefersToItsMiddle) {
+  const Stamp gone = Stamp() + from_seconds(2.0);
+  for (const bool excluded : {false, true}) {
+    std::mt19937 rng(11);
+    std::vector<Points> scans;
+    for (int k = 0; k < 40; ++k) {
+      scans.push_back(scan(street(true), scan_patterns()[1], turned(0.0, 0.0), &rng));
+    }
+    WithInsAtRest source(std::move(scans), kInterval);
+    if (excluded) source.excluded_from(gone);
+    if (!excluded) source.silent_from(gone);
+    const std::vector<registration_t> found = registrations_of(&source, "");
+    int without_ins = 0;
+    for (const registration_t& r : found) {
+      const Stamp end = Stamp() + static_cast<int>(r.scan_id) * kInterval;
+      const Duration before = end - from_utime(r.utime);
+      if (end <= gone) {
+        EXPECT_LE(before, from_milliseconds(30.0)) << excluded << ", scan " << r.scan_id;
+      } else if (end > gone + kInterval) {
+        EXPECT_NEAR(milliseconds(before), 50.0, 0.1) << excluded << ", scan " << r.scan_id;
+        EXPECT_TRUE(is_usable(r)) << excluded << ", scan " << r.scan_id;
+        ++without_ins;
+      }
+    }
+    EXPECT_GT(without_ins, 15) << excluded;
   }
 }
 

@@ -87,6 +87,24 @@ TEST(MotionVotes, LongTurnsShowSlowFaults) {
   EXPECT_EQ(turn(0.008, 0.007).long_turns(), 0.0) << "the wheels are the odd ones";
 }
 
+/// The INS may be the source that is wrong about the LADAR: once it is excluded it is no judge.
+TEST(MotionVotes, AnExcludedInsDoesNotShowThatTheLadarIsWrong) {
+  constexpr double kRate_radps = 0.05;
+  for (const bool in_use : {false, true}) {
+    MotionVotes votes;
+    for (int k = 0; k <= 200; ++k) {
+      const Stamp t = Stamp() + from_seconds(0.1 * k);
+      const Pose ins{exp_so3(Vec3(0.0, 0.0, 0.1 * k * kRate_radps)), Vec3::Zero()};
+      RollingMatch z;
+      z.T_rolling_vehicle.q = exp_so3(Vec3(0.0, 0.0, 0.1 * k * (kRate_radps - 0.01)));
+      votes.add(t, OdometrySample{5.0, 0.05, kRate_radps, 0.02}, 1.0, true);
+      votes.add_turn(t, z, InertialPose{ins, Stamp(), 0.0}, in_use);
+    }
+    EXPECT_LT(votes.long_turns(), -0.9) << in_use;
+    EXPECT_EQ(votes.ladar_scale().rotation > 10.0, in_use);
+  }
+}
+
 TEST(MotionVotes, WithoutWheelsAndGpsThereIsNoVote) {
   MotionVotes votes;
   for (int k = 0; k <= 100; ++k) {

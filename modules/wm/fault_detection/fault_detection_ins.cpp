@@ -235,7 +235,8 @@ void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
     const bool accepted = belief.memory.of(Source::kOdometry).accepted == m.stamp;
     votes_.add(m.stamp, *wheels, x.wheel_scale, accepted);
   } else if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
-    votes_.add_turn(m.stamp, *z, {Pose{rotation_, Vec3::Zero()}, monitors_.ins.excluded(), 0.0});
+    votes_.add_turn(m.stamp, *z, {Pose{rotation_, Vec3::Zero()}, monitors_.ins.excluded(), 0.0},
+                    !belief.memory.withheld.ins);
   }
 }
 

@@ -131,7 +131,7 @@ void MotionVotes::add_course(Stamp stamp, const GpsFix& z) {
 
 /// The sums up to a scan.
 MotionVotes::Scan MotionVotes::begin_scan(Stamp stamp, const RollingMatch& z,
-                                          const InertialPose& ins) {
+                                          const InertialPose& ins, bool in_use) {
   if (z.map_epoch != map_epoch_ || ins.branch != branch_) {
     count_ = 0;
     map_epoch_ = z.map_epoch;
@@ -145,18 +145,19 @@ MotionVotes::Scan MotionVotes::begin_scan(Stamp stamp, const RollingMatch& z,
   for (std::size_t k : {kGps, kWheels}) {
     now.by_reference[k] = {distance_[k].at(stamp), turn(k).at(stamp)};
   }
-  compare_turns(count_ > 0 ? &scans_[(count_ - 1) % scans_.size()] : nullptr, now);
+  compare_turns(count_ > 0 ? &scans_[(count_ - 1) % scans_.size()] : nullptr, now, in_use);
   return now;
 }
 
-void MotionVotes::add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins) {
-  const Scan now = begin_scan(stamp, z, ins);
+void MotionVotes::add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins,
+                           bool in_use) {
+  const Scan now = begin_scan(stamp, z, ins, in_use);
   scans_[count_++ % scans_.size()] = now;
 }
 
 void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
                       const DriveNoise& drive, const InertialPose& ins, bool constrained) {
-  Scan now = begin_scan(stamp, z, ins);
+  Scan now = begin_scan(stamp, z, ins, true);
   now.variance_m2 = covariance(0, 0);
   now.variance_rad2 = covariance(5, 5);
   now.variance_across_m2 = covariance.diagonal().segment<2>(1);
@@ -240,7 +241,7 @@ void MotionVotes::compare_across(const Scan& begin, const Scan& end) {
   votes_[kConstraint] += kShare * (newest - votes_[kConstraint]);
 }
 
-void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
+void MotionVotes::compare_turns(const Scan* last, const Scan& now, bool in_use) {
   const auto complete = [&now](const MotionSum& sum, Duration time) {
     return sum.complete_since(now.stamp) < now.stamp - time;
   };
@@ -283,7 +284,7 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
   course_turns_ += kShare * (by_course - course_turns_);
   unconfirmed_turns_ += kShare * (against_ins - unconfirmed_turns_);
   long_turns_ += kShare * (newest - long_turns_);
-  if (long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
+  if (in_use && long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
   expire(now.stamp, true);
   const Stamp kept = turns_[(turns_count_ + turns_.size() - 1) % turns_.size()].stamp;
   if (turns_count_ > 0 && now.stamp < kept) turns_count_ = 0;  // the clocks have stepped back

@@ -110,9 +110,10 @@ class MotionVotes {
   /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
            const InertialPose& ins, bool constrained);
-  /// The turns alone, while the forces of the INS are excluded.
+  /// The turns alone, while the INS or its forces are excluded.
   /// @param ins  its rotation from an unknown origin
-  void add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins);
+  /// @param in_use  its rotation is not excluded, and may show that the LADAR is wrong
+  void add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins, bool in_use);
   /// The distrust of a LADAR ends after a while.
   /// @param compared  with an INS; otherwise it does not end
   void expire(Stamp now, bool compared);
@@ -154,11 +155,11 @@ class MotionVotes {
     Vec2 across_by_ladar = Vec2::Zero(), across_by_ins = Vec2::Zero();
   };
 
-  Scan begin_scan(Stamp stamp, const RollingMatch& z, const InertialPose& ins);
+  Scan begin_scan(Stamp stamp, const RollingMatch& z, const InertialPose& ins, bool in_use);
   void compare(const Scan& begin, const Scan& end, const DriveNoise& drive);
   void compare_across(const Scan& begin, const Scan& end);
   /// @param last  the scan before; null: no motion since is known
-  void compare_turns(const Scan* last, const Scan& now);
+  void compare_turns(const Scan* last, const Scan& now, bool in_use);
 
   [[nodiscard]] const MotionSum& turn(std::size_t reference) const {
     return reference == kGps ? course_.turn() : wheels_turn_;

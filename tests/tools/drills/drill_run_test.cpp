@@ -208,16 +208,26 @@ TEST_F(DrillRunTest, ASilenceOfAllSensorsAtSpeedDoesNotTurnTheHeading) {
   EXPECT_LT(worst_m(result->record), 3.0);
 }
 
-// Without the registration of a scan deskewed by its own motion, the coarse search and the restart
-// of a lost solution, runs like this one ended hundreds of metres away (ADR 71).
+// At the end of a scan an error of the velocity with which it is deskewed moves the pose by half of
+// its distance in the scan, and the next velocity by the opposite: the poses of a rocking vehicle
+// alternated by metres, and the errors of these drives were 18 and 9 m (ADR 111).
 TEST_F(DrillRunTest, ALongLossOfInsAndGpsOnRoughGroundIsSurvived) {
   ASSERT_TRUE(vehicle_.ok());
-  const drills::Stimulus zero =
-      fault(drills::StimulusKind::kZero, drills::DrillSource::kIns, 45.0, 25.0);
-  const drills::DrillRecord record = run({without_gps(40.0, 35.0), zero}, 87.0);
-  EXPECT_GT(worst_m(record), 0.1) << "something was measured";
-  EXPECT_LT(worst_m(record), 15.0);
-  EXPECT_LT(worst_m(record, 82.0), 2.0) << "7 s after GPS is received again";
+  for (const int seed : {11, 17}) {
+    drills::Scene scene(drills::SceneKey{"", config("sim/drill.toml"), "", seed});
+    drills::Drill drill;
+    drill.stimuli = {without_gps(40.0, 35.0),
+                     fault(drills::StimulusKind::kZero, drills::DrillSource::kIns, 45.0, 25.0)};
+    drill.run.length_s = 87.0;
+    scene.add_user(87.0);
+    drills::DrillRunOptions options;
+    options.stop = [] { return false; };
+    const auto result = drills::run_drill(drill, vehicle_.value(), &scene, options);
+    ASSERT_TRUE(result.ok());
+    EXPECT_GT(worst_m(result->record), 0.1) << "something was measured";
+    EXPECT_LT(worst_m(result->record), 5.0) << seed << ": 2 % of the distance";
+    EXPECT_LT(worst_m(result->record, 82.0), 2.0) << "7 s after GPS is received again";
+  }
 }
 
 }  // namespace
