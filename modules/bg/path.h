@@ -39,6 +39,7 @@ struct PathPoint {
   double limit_mps = 0.0;    ///< allowed by the ground, the turn and nearby obstacles
   double speed_mps = 0.0;    ///< planned: also limited by braking
   double zone_mps = std::numeric_limits<double>::infinity();  ///< limit of speed zones
+  double road_mps = 0.0;  ///< speed of the road that the point certainly lies on; 0: none
 };
 
 using Path = std::vector<PathPoint>;

@@ -65,7 +65,8 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
       limit = std::min(limit, vj::speed_on(terrain.at(cell), p.clearance_m, weights, speeds));
     }
     if (p.direction < 0) limit = std::min(limit, speeds.near_mps);
-    p.limit_mps = std::min({share * limit, p.zone_mps, speeds.sight_mps});
+    const double sight_mps = std::max(speeds.sight_mps, p.road_mps);
+    p.limit_mps = std::min({share * limit, p.zone_mps, sight_mps});
   }
   limit_turning(shape, path);
   double braked = 0.0;

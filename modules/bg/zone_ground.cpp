@@ -79,6 +79,7 @@ void limit_speeds(const Zones& zones, const LocalFromWorld& frame, double margin
   for (PathPoint& p : *path) {
     const Place in_world = frame.to_world(p.place);
     p.zone_mps = zones.speed_limit_mps({in_world.x_m, in_world.y_m}, margin_m);
+    p.road_mps = zones.road_speed_mps({in_world.x_m, in_world.y_m}, margin_m);
   }
 }
 

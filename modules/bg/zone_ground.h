@@ -58,7 +58,7 @@ class ZoneGround {
       [&](double x_m, double y_m) { return zones.clearance(Vec2(x_m, y_m)).m; }, in_world);
 }
 
-/// Sets PathPoint::zone_mps of a path in frame local.
+/// Sets PathPoint::zone_mps and road_mps of a path in frame local.
 /// @param margin_m  distance at which a limit already applies; infinite: all limits apply
 void limit_speeds(const Zones& zones, const LocalFromWorld& frame, double margin_m, Path* path);
 

@@ -35,7 +35,7 @@ ZoneWatch::ZoneWatch(GeodeticZones zones, const Shape& shape, Bus* bus)
   bool forbids = false;
   slowest_mps_ = kUnbounded;
   for (const Zone& zone : drawn_.zones) {
-    forbids = forbids || zone.kind != ZoneKind::kSpeed;
+    forbids = forbids || rcs::forbids(zone.kind);
     if (zone.kind == ZoneKind::kSpeed) slowest_mps_ = std::min(slowest_mps_, zone.speed_mps);
   }
   if (forbids) fixes_.emplace(bus, channel::kGpsFix, 2);
@@ -176,7 +176,10 @@ void ZoneWatch::limit_speeds(Path* path) const {
     return bg::limit_speeds(zones_, *local_from_world_, level_m_, path);
   }
   // The pose in frame world is unknown: the vehicle may be in any of the zones.
-  for (PathPoint& p : *path) p.zone_mps = slowest_mps_;
+  for (PathPoint& p : *path) {
+    p.zone_mps = slowest_mps_;
+    p.road_mps = 0.0;
+  }
 }
 
 void ZoneWatch::describe(const Path& path, std::size_t at, Facts* facts) const {

@@ -46,7 +46,7 @@ class ZoneWatch {
   /// known yet. Valid until the next call.
   [[nodiscard]] std::string_view objection(const Route& route, const Nav& nav);
 
-  /// Sets the limits of a path in frame local, see PathPoint::zone_mps.
+  /// Sets the limits of a path in frame local, see PathPoint::zone_mps and road_mps.
   void limit_speeds(Path* path) const;
 
   /// Sets the facts about zones. The reason is valid until the next update().

@@ -174,8 +174,11 @@ Fault Reader::read_properties(const json& feature, Zone* zone) {
     zone->kind = ZoneKind::kKeepOut;
   } else if (kind != nullptr && *kind == "speed") {
     zone->kind = ZoneKind::kSpeed;
+  } else if (kind != nullptr && *kind == "road") {
+    zone->kind = ZoneKind::kRoad;
   } else {
-    return "kind: " + missing_or(kind) + "; allowed are \"fence\", \"keep_out\", \"speed\"";
+    return "kind: " + missing_or(kind) +
+           "; allowed are \"fence\", \"keep_out\", \"speed\", \"road\"";
   }
   const json* const name = member(*properties, "name");
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
@@ -189,8 +192,10 @@ Fault Reader::read_properties(const json& feature, Zone* zone) {
   const json* const speed = member(*properties, "speed_mps");
   // QGIS writes null for an attribute that is not set.
   const bool has_speed = speed != nullptr && !speed->is_null();
-  if (zone->kind != ZoneKind::kSpeed) {
-    return has_speed ? "speed_mps: is " + shown(*speed) + "; allowed only with kind \"speed\"" : "";
+  if (forbids(zone->kind)) {
+    return has_speed
+               ? "speed_mps: is " + shown(*speed) + "; allowed only with kind \"speed\" or \"road\""
+               : "";
   }
   if (has_speed && speed->is_number()) zone->speed_mps = speed->get<double>();
   if (!(zone->speed_mps >= kMinSpeed_mps && zone->speed_mps <= kMaxSpeed_mps)) {

@@ -32,7 +32,8 @@ constexpr std::size_t kMaxZoneVertices = 20'000;
 constexpr std::size_t kMaxFencePolygons = 32;
 
 /// Reads a FeatureCollection of polygons and multipolygons. Properties of a feature: `kind`
-/// ("fence", "keep_out" or "speed"), `name`, and `speed_mps` of a speed zone; others are ignored.
+/// ("fence", "keep_out", "speed" or "road"), `name`, and `speed_mps` of a speed zone and of a road;
+/// others are ignored.
 /// @return an error names the file, the feature by its number and name, the key and what is allowed
 [[nodiscard]] Result<GeodeticZones> parse_zones(std::string_view text, const std::string& file);
 

@@ -98,7 +98,7 @@ ZoneClearance Zones::clearance(const Vec2& p_world) const {
   ZoneClearance fence{has_fence_ ? -kInfinite : kInfinite, nullptr};
   ZoneClearance keep_out{kInfinite, nullptr};
   for (const Part& part : parts_) {
-    if (part.kind == ZoneKind::kSpeed) continue;
+    if (!rcs::forbids(part.kind)) continue;
     // The largest depth in a polygon of this kind so far; what cannot exceed it is not computed.
     const bool is_fence = part.kind == ZoneKind::kFence;
     const double deepest = is_fence ? fence.m : -keep_out.m;
@@ -127,6 +127,17 @@ double Zones::speed_limit_mps(const Vec2& p_world, double margin_m) const {
     if (applies) limit_mps = speed_mps;
   }
   return limit_mps;
+}
+
+double Zones::road_speed_mps(const Vec2& p_world, double margin_m) const {
+  double fastest_mps = 0.0;
+  for (const Part& part : parts_) {
+    const double speed_mps = zones_[part.zone].speed_mps;
+    if (part.kind != ZoneKind::kRoad || speed_mps <= fastest_mps) continue;
+    if (!part.box.contains(p_world)) continue;
+    if (signed_distance(part, p_world, kInfinite) >= margin_m) fastest_mps = speed_mps;
+  }
+  return fastest_mps;
 }
 
 const Zone* Zones::conflict(const Vec2& from_world, const Vec2& to_world, double margin_m) const {

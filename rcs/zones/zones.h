@@ -1,7 +1,7 @@
 #pragma once
 // Operating zones of the vehicle in the plane of frame world: fences, which it must not leave,
-// keep-outs, which it must not enter, and zones with a speed limit. Pure geometry; the queries
-// allocate nothing.
+// keep-outs, which it must not enter, zones with a speed limit, and roads, which have no ditches.
+// Pure geometry; the queries allocate nothing.
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,11 @@ namespace rcs {
 
 using Box2 = Eigen::AlignedBox2d;
 
-enum class ZoneKind : std::uint8_t { kFence, kKeepOut, kSpeed };
+enum class ZoneKind : std::uint8_t { kFence, kKeepOut, kSpeed, kRoad };
+
+[[nodiscard]] inline bool forbids(ZoneKind kind) {
+  return kind == ZoneKind::kFence || kind == ZoneKind::kKeepOut;
+}
 
 /// At least three vertices; the last one is connected to the first one, which is not repeated.
 using ZoneRing = std::vector<Vec2>;
@@ -28,7 +32,7 @@ struct ZonePolygon {
 struct Zone {
   ZoneKind kind = ZoneKind::kKeepOut;
   std::string name;
-  double speed_mps = 0.0;             ///< of kSpeed
+  double speed_mps = 0.0;             ///< of kSpeed and kRoad
   std::vector<ZonePolygon> polygons;  ///< they may overlap
 };
 
@@ -70,6 +74,10 @@ class Zones {
 
   /// Smallest limit of the speed zones within `margin_m` of a position; infinite: none.
   [[nodiscard]] double speed_limit_mps(const Vec2& p_world, double margin_m) const;
+
+  /// Largest speed of the roads in which a position is at least `margin_m` from the border; 0:
+  /// none.
+  [[nodiscard]] double road_speed_mps(const Vec2& p_world, double margin_m) const;
 
   /// Edges first to last - 1 of a ring; edge k connects the vertices k and k + 1.
   struct Chain {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include "modules/bg/path_follow.h"
 #include "modules/bg/zone_guard.h"
 
@@ -84,6 +85,38 @@ TEST(ZoneGround, TheWayOutGainsClearanceWithTheDistance) {
   EXPECT_TRUE(blocked(terrain, 16.0, 0.0)) << "along the border";
   EXPECT_FALSE(blocked(terrain, 0.0, 16.0)) << "straight out";
   EXPECT_FALSE(blocked(terrain, 10.0, 8.0));
+}
+
+TEST(ZoneGround, OnAMappedRoadTheVehicleIsFasterThanItsSightOfDitchesAllows) {
+  const Zones zones({square(ZoneKind::kRoad, 40.0, 0.0, 20.0, 9.0)});
+  Path path;
+  for (int k = 0; k <= 160; ++k) {
+    PathPoint p;
+    p.place = {0.5 * k, 0.0, 0.0, 0.0};
+    p.s_m = 0.5 * k;
+    p.clearance_m = 50.0;
+    path.push_back(p);
+  }
+  vj::Terrain terrain = level_terrain();
+  terrain.first = {-10, -50};
+  terrain.width = 400;
+  terrain.ground.assign(std::size_t{400} * 100, vj::Ground{});
+  for (vj::Ground& g : terrain.ground) g.known = true;
+  vj::SpeedParams speeds;
+  speeds.sight_mps = 5.0;
+  const auto speed_at = [&](double s_m) {
+    return path[static_cast<std::size_t>(s_m / 0.5)].limit_mps;
+  };
+  limit_speeds(zones, {}, 1.5, &path);
+  plan_speeds(terrain, {}, speeds, {}, {}, 20.0, 1.0, &path);
+  EXPECT_EQ(speed_at(10.0), 5.0);
+  EXPECT_EQ(speed_at(21.0), 5.0) << "within the bound of the position error of the border";
+  EXPECT_EQ(speed_at(40.0), 9.0);
+  EXPECT_EQ(speed_at(70.0), 5.0);
+  EXPECT_LT(path[116].speed_mps, 6.0) << "brakes before the end of the road";
+  limit_speeds(zones, {}, std::numeric_limits<double>::infinity(), &path);
+  plan_speeds(terrain, {}, speeds, {}, {}, 20.0, 1.0, &path);
+  EXPECT_EQ(speed_at(40.0), 5.0) << "the vehicle may be elsewhere";
 }
 
 TEST(ZoneGround, SpeedZonesLimitThePathAndTheWayToThem) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include "tests/support/heap_guard.h"
 #include "tests/zones/random_zones.h"
 
@@ -120,6 +121,25 @@ TEST(Zones, TheLowestLimitOfTheSpeedZonesApplies) {
     // Without a bound of the position error all limits apply.
     EXPECT_EQ(zones.speed_limit_mps({0.0, 0.0}, test::kNoBorder), drawn[2].speed_mps);
   }
+}
+
+TEST(Zones, ARoadCountsWhereThePositionIsCertainlyOnIt) {
+  const auto road = [](double south_m, double north_m, double speed_mps) {
+    return Zone{ZoneKind::kRoad,
+                "road",
+                speed_mps,
+                {{{{-50.0, south_m}, {50.0, south_m}, {50.0, north_m}, {-50.0, north_m}}, {}}}};
+  };
+  const Zones zones({road(-3.0, 3.0, 8.0), road(-1.0, 9.0, 12.0)});
+  EXPECT_FALSE(zones.forbids());
+  EXPECT_EQ(zones.road_speed_mps({0.0, 0.0}, 2.9), 8.0);
+  EXPECT_EQ(zones.road_speed_mps({0.0, 0.0}, 0.9), 12.0) << "the faster of two";
+  EXPECT_EQ(zones.road_speed_mps({0.0, 0.0}, 3.1), 0.0);
+  EXPECT_EQ(zones.road_speed_mps({0.0, 4.0}, 4.5), 12.0);
+  EXPECT_EQ(zones.road_speed_mps({49.0, 0.0}, 2.0), 0.0) << "its end is a border";
+  EXPECT_EQ(zones.road_speed_mps({0.0, 0.0}, std::numeric_limits<double>::infinity()), 0.0);
+  EXPECT_EQ(zones.speed_limit_mps({0.0, 0.0}, 1.0), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(zones.clearance({0.0, 0.0}).zone, nullptr);
 }
 
 TEST(Zones, QueriesAllocateNothing) {

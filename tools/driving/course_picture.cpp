@@ -135,6 +135,8 @@ std::string_view style_of(ZoneKind kind) {
       return "fill=\"none\" stroke=\"#111\" stroke-width=\"2\" stroke-dasharray=\"10 4 2 4\"";
     case ZoneKind::kKeepOut:
       return "fill=\"#b3261e\" fill-opacity=\"0.25\" stroke=\"#b3261e\" stroke-width=\"2\"";
+    case ZoneKind::kRoad:
+      return "fill=\"none\" stroke=\"#2a6f3c\" stroke-width=\"2\" stroke-dasharray=\"8 3\"";
     case ZoneKind::kSpeed:
       break;
   }
@@ -344,7 +346,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
   }
   for (const auto& [kind, name] :
        {std::pair{ZoneKind::kFence, "fence"}, std::pair{ZoneKind::kKeepOut, "keep-out"},
-        std::pair{ZoneKind::kSpeed, "speed zone"}}) {
+        std::pair{ZoneKind::kSpeed, "speed zone"}, std::pair{ZoneKind::kRoad, "mapped road"}}) {
     if (!shows_zone(picture, view, kind)) continue;
     fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"30\" height=\"12\" {}/>", x,
                    third - 6.0, style_of(kind));

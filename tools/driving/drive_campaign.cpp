@@ -91,10 +91,13 @@ class Campaign {
     if (campaign_.prior_map) {
       options.prior_map = std::filesystem::absolute(stem + "_map").string();
     }
+    // Absolute: a path in a configuration is relative to its file.
+    if (!campaign_.zones_file.empty()) {
+      options.zones = std::filesystem::absolute(campaign_.zones_file).string();
+    }
     if (campaign_.zones) {
       const std::vector<Zone> drawn =
           draw_zones(scenario->course.waypoints_world, static_cast<std::uint64_t>(row.seed));
-      // Absolute: a path in a configuration is relative to its file.
       options.zones = std::filesystem::absolute(stem + "_zones.geojson").string();
       Outcome written =
           tools::write_text(options.zones, to_geojson(drawn, LocalFrame(scenario->datum)));

@@ -23,6 +23,7 @@ struct DriveCampaign {
   double alert_limit_m = 0.0;  ///< horizontal, of the commands; 0: that of the vehicle
   bool losses = false;         ///< draw_losses() by the seed
   bool zones = false;          ///< draw_zones() by the seed; with out_folder
+  std::string zones_file;      ///< zones of all drives (GeoJSON); empty: none
   bool prior_map = false;      ///< the vehicle has the simulator's survey; with out_folder
   std::optional<double> duration_s;
   std::string out_folder;  ///< for a picture of each drive; empty: none

@@ -105,6 +105,13 @@ class DriveCommand final : public Command {
                    "a fence around the course, and a keep-out on each leg but the first, drawn by\n"
                    "the seed (drive_SEED_zones.geojson)")
         ->needs(out);
+    app()
+        ->add_option(
+            "--zones-file", zones_file_,
+            "operating zones of all drives (GeoJSON), judged by the true outline; not with\n"
+            "--zones")
+        ->type_name("FILE")
+        ->excludes("--zones");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
         "The simulator, SP, WM and BG run in lockstep, as fast as they can: the same scenario and\n"
@@ -131,6 +138,7 @@ class DriveCommand final : public Command {
   int run() override {
     scenario_ = command_line::find_config(scenario_);
     config_ = command_line::find_config(config_);
+    if (!zones_file_.empty()) zones_file_ = command_line::find_config(zones_file_);
     const Outcome done = run_all();
     if (!done) return fail(kDriveName, done.error());
     const auto good = [](const driving::DriveRow& row) { return driving::passed(row.run); };
@@ -157,6 +165,7 @@ class DriveCommand final : public Command {
     campaign.gps_lost_after_m = gps_lost_after_m_;
     campaign.losses = losses_;
     campaign.zones = zones_;
+    campaign.zones_file = zones_file_;
     campaign.prior_map = prior_map_;
     campaign.alert_limit_m = alert_limit_m_;
     campaign.duration_s = duration_s_;
@@ -190,6 +199,7 @@ class DriveCommand final : public Command {
   double alert_limit_m_ = 0.0;
   bool losses_ = false;
   bool zones_ = false;
+  std::string zones_file_;
   bool prior_map_ = false;
   bool local_ = false;
   std::string mission_;
