@@ -8,6 +8,9 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
@@ -26,6 +29,7 @@
 #include "rcs/node/command_port.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
+#include "tools/driving/config_table.h"
 #include "tools/mapping/map_writer.h"
 
 namespace rcs::driving {
@@ -133,14 +137,15 @@ std::string read_text(const std::string& path) {
 /// The vehicle's configuration with the scenario's datum, so that waypoints have the same meaning
 /// for both.
 std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& options) {
-  std::string text = read_text(options.vehicle_config);
-  fmt::format_to(std::back_inserter(text),
-                 "\n[world]\ndatum_lat_deg = {:.12f}\ndatum_lon_deg = {:.12f}\n"
-                 "datum_height_m = {:.6f}\n",
-                 degrees(scenario.datum.lat_rad), degrees(scenario.datum.lon_rad),
-                 scenario.datum.height.m);
-  if (!options.prior_map.empty()) text += "prior_map = \"" + options.prior_map + "\"\n";
-  if (!options.zones.empty()) text += "zones = \"" + options.zones + "\"\n";
+  const auto number = [](double value) { return fmt::format("{:.12f}", value); };
+  const auto quoted = [](const std::string& path) { return "\"" + path + "\""; };
+  std::vector<std::pair<std::string, std::string>> keys = {
+      {"datum_lat_deg", number(degrees(scenario.datum.lat_rad))},
+      {"datum_lon_deg", number(degrees(scenario.datum.lon_rad))},
+      {"datum_height_m", number(scenario.datum.height.m)}};
+  if (!options.prior_map.empty()) keys.emplace_back("prior_map", quoted(options.prior_map));
+  if (!options.zones.empty()) keys.emplace_back("zones", quoted(options.zones));
+  const std::string text = with_keys(read_text(options.vehicle_config), "world", keys);
   return text + options.more_config;
 }
 
