@@ -182,6 +182,7 @@ TEST(SpRecovery, WithoutInsAScanRefersToItsMiddle) {
   for (const bool excluded : {false, true}) {
     std::mt19937 rng(11);
     std::vector<Points> scans;
+    scans.reserve(40);
     for (int k = 0; k < 40; ++k) {
       scans.push_back(scan(street(true), scan_patterns()[1], turned(0.0, 0.0), &rng));
     }

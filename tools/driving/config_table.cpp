@@ -24,7 +24,7 @@ std::string_view table_of(std::string_view line) {
 std::string with_keys(std::string_view text, std::string_view name,
                       const std::vector<std::pair<std::string, std::string>>& keys) {
   std::string added;
-  for (const auto& [key, value] : keys) added += key + " = " + value + "\n";
+  for (const auto& [key, value] : keys) added.append(key).append(" = ").append(value).append("\n");
   const auto replaced = [&keys](std::string_view line) {
     const std::string_view key = trimmed(line.substr(0, line.find('=')));
     return line.find('=') != std::string_view::npos &&
