@@ -40,7 +40,7 @@ bool possible(const Vec6& twist) {
 
 }  // namespace
 
-bool silent(const InertialBuffer& inertial, Stamp reference) {
+bool ins_is_silent(const InertialBuffer& inertial, Stamp reference) {
   const InertialSample& newest = inertial[inertial.size() - 1];
   const Duration silence = reference - newest.stamp;
   return silence > std::max(kInertialGap, 3 * newest.interval);
@@ -105,7 +105,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
   if (inertial.size() > 0) {
-    const bool gone = silent(inertial, reference);
+    const bool gone = ins_is_silent(inertial, reference);
     e.ins_returned = !gone && has_gap(inertial, reference);
     e.ins_lost = gone || e.ins_returned;
   }

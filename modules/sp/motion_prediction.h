@@ -36,7 +36,7 @@ struct ExpectationParams {
 };
 
 /// @param inertial  at least one sample; @return true: the newest is too old for a scan of then
-[[nodiscard]] bool silent(const InertialBuffer& inertial, Stamp reference);
+[[nodiscard]] bool ins_is_silent(const InertialBuffer& inertial, Stamp reference);
 
 [[nodiscard]] Mat6 isotropic(double sigma_m, double sigma_rad);
 

@@ -64,7 +64,7 @@ void SpNode::correct_stamp(const Cycle& cycle) {
 void SpNode::choose_reference(Scan* scan) const {
   if (scan->dt_us.empty()) return;
   Duration ahead{};
-  if (inertial_.size() == 0 || silent(inertial_, scan->reference)) {
+  if (inertial_.size() == 0 || ins_is_silent(inertial_, scan->reference)) {
     const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
     ahead = -Duration((*first + *last) / 2);
   } else {

@@ -74,8 +74,8 @@ struct SpeedParams {
   double unknown_mps = 1.5;     ///< where the ground was not seen
   double vegetation_mps = 2.0;  ///< through tall vegetation, which may hide a rock
   double near_mps = 1.5;        ///< in contact with an obstacle
-  /// On any ground: from this speed the vehicle stops before a ditch or a drop, which an edge hides
-  /// until it is near.
+  /// On any ground but mapped roads: from this speed the vehicle stops before a ditch or a drop,
+  /// which an edge hides until it is near.
   double sight_mps = 5.0;
   double lateral_mps2 = 2.0;  ///< in turns
   double full_speed_sigma_m =

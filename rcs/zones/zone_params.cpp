@@ -7,10 +7,11 @@ namespace rcs {
 std::string read_zones_key(const ParamFile& file) {
   ParamTable world = file.root().table("world");
   std::string path;
-  world.get("zones", &path,
-            "GeoJSON file of the operating zones (fence, keep_out, speed), relative to this file. "
-            "With a fence or a keep-out the vehicle does not move while its protection level in "
-            "frame world is unbounded. Empty: no zones.");
+  world.get(
+      "zones", &path,
+      "GeoJSON file of the operating zones (fence, keep_out, speed, road), relative to this file. "
+      "With a fence or a keep-out the vehicle does not move while its protection level in "
+      "frame world is unbounded. Empty: no zones.");
   return path.empty() ? path : file.resolve(path);
 }
 

@@ -130,12 +130,13 @@ double Zones::speed_limit_mps(const Vec2& p_world, double margin_m) const {
 }
 
 double Zones::road_speed_mps(const Vec2& p_world, double margin_m) const {
+  if (margin_m == kInfinite) return 0.0;
   double fastest_mps = 0.0;
   for (const Part& part : parts_) {
     const double speed_mps = zones_[part.zone].speed_mps;
     if (part.kind != ZoneKind::kRoad || speed_mps <= fastest_mps) continue;
     if (!part.box.contains(p_world)) continue;
-    if (signed_distance(part, p_world, kInfinite) >= margin_m) fastest_mps = speed_mps;
+    if (signed_distance(part, p_world, margin_m + 1.0) >= margin_m) fastest_mps = speed_mps;
   }
   return fastest_mps;
 }

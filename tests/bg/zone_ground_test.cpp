@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+
 #include "modules/bg/path_follow.h"
 #include "modules/bg/zone_guard.h"
 
@@ -28,6 +29,29 @@ vj::Terrain level_terrain() {
   terrain.width = terrain.height = 100;
   terrain.ground.assign(std::size_t{100} * 100, vj::Ground{});
   return terrain;
+}
+
+/// Level ground along the x axis, 80 m ahead, all seen.
+vj::Terrain known_strip() {
+  vj::Terrain terrain = level_terrain();
+  terrain.first = {-10, -50};
+  terrain.width = 400;
+  terrain.ground.assign(std::size_t{400} * 100, vj::Ground{});
+  for (vj::Ground& g : terrain.ground) g.known = true;
+  return terrain;
+}
+
+/// Along the x axis, a point each half metre.
+Path straight_path(double length_m) {
+  Path path;
+  for (double s_m = 0.0; s_m <= length_m; s_m += 0.5) {
+    PathPoint p;
+    p.place = {s_m, 0.0, 0.0, 0.0};
+    p.s_m = s_m;
+    p.clearance_m = 50.0;
+    path.push_back(p);
+  }
+  return path;
 }
 
 bool blocked(const vj::Terrain& terrain, double x_m, double y_m) {
@@ -89,19 +113,8 @@ TEST(ZoneGround, TheWayOutGainsClearanceWithTheDistance) {
 
 TEST(ZoneGround, OnAMappedRoadTheVehicleIsFasterThanItsSightOfDitchesAllows) {
   const Zones zones({square(ZoneKind::kRoad, 40.0, 0.0, 20.0, 9.0)});
-  Path path;
-  for (int k = 0; k <= 160; ++k) {
-    PathPoint p;
-    p.place = {0.5 * k, 0.0, 0.0, 0.0};
-    p.s_m = 0.5 * k;
-    p.clearance_m = 50.0;
-    path.push_back(p);
-  }
-  vj::Terrain terrain = level_terrain();
-  terrain.first = {-10, -50};
-  terrain.width = 400;
-  terrain.ground.assign(std::size_t{400} * 100, vj::Ground{});
-  for (vj::Ground& g : terrain.ground) g.known = true;
+  Path path = straight_path(80.0);
+  const vj::Terrain terrain = known_strip();
   vj::SpeedParams speeds;
   speeds.sight_mps = 5.0;
   const auto speed_at = [&](double s_m) {
@@ -121,20 +134,9 @@ TEST(ZoneGround, OnAMappedRoadTheVehicleIsFasterThanItsSightOfDitchesAllows) {
 
 TEST(ZoneGround, SpeedZonesLimitThePathAndTheWayToThem) {
   const Zones zones({square(ZoneKind::kSpeed, 20.0, 0.0, 5.0, 1.0)});
-  Path path;
-  for (int k = 0; k <= 80; ++k) {
-    PathPoint p;
-    p.place = {0.5 * k, 0.0, 0.0, 0.0};
-    p.s_m = 0.5 * k;
-    p.clearance_m = 50.0;
-    path.push_back(p);
-  }
+  Path path = straight_path(40.0);
   limit_speeds(zones, {}, 1.0, &path);
-  vj::Terrain terrain = level_terrain();
-  terrain.first = {-10, -50};
-  terrain.width = 200;
-  terrain.ground.assign(std::size_t{200} * 100, vj::Ground{});
-  for (vj::Ground& g : terrain.ground) g.known = true;
+  const vj::Terrain terrain = known_strip();
   const FollowParams follow;
   plan_speeds(terrain, {}, {}, follow, {}, 5.0, 1.0, &path);
   for (const PathPoint& p : path) {

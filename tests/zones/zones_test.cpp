@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+
 #include "tests/support/heap_guard.h"
 #include "tests/zones/random_zones.h"
 

@@ -361,6 +361,7 @@ void judge_zones(const std::string& file, const sim::Scenario& scenario, const b
   RCS_CHECK(drawn.ok());  // BG has been made with it
   const Zones zones = drawn->in_world(LocalFrame(scenario.datum));
   run->zones_world = zones.all();
+  if (!zones.forbids()) return;
   ZoneJudge judge(zones, shape);
   for (const ClosedLoopSample& s : run->trace) judge.note(s.T_world_vehicle);
   run->zones = judge.outcome();
