@@ -18,6 +18,7 @@ namespace {
 constexpr double kMapWidth_px = 900.0;
 constexpr double kMapHeight_px = 640.0;
 constexpr double kMargin_m = 12.0;
+constexpr double kMarginShare = 0.03;
 constexpr double kBorder_px = 16.0;
 constexpr double kLegendHeight_px = 92.0;
 constexpr double kRow_px = 32.0;  // of the legend
@@ -39,8 +40,10 @@ View view_of(const CoursePicture& picture) {
   };
   for (const CourseSample& s : picture.samples) hold(s.place_world);
   for (const Vec2& p : picture.waypoints_world) hold(p);
-  low -= Vec2::Constant(kMargin_m);
-  high += Vec2::Constant(kMargin_m);
+  // Of a long course a few metres are less than the mark of a waypoint.
+  const double margin_m = std::max(kMargin_m, kMarginShare * (high - low).maxCoeff());
+  low -= Vec2::Constant(margin_m);
+  high += Vec2::Constant(margin_m);
   // A narrow course gets additional terrain at its sides: the legend needs the width.
   const Vec2 size = high - low;
   const double more_m = std::max(0.0, kMapWidth_px / kMapHeight_px * size.y() - size.x());
@@ -350,7 +353,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
     if (!shows_zone(picture, view, kind)) continue;
     fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"30\" height=\"12\" {}/>", x,
                    third - 6.0, style_of(kind));
-    label(38.0, third, name, 70.0);
+    label(38.0, third, name, 100.0);
   }
   const auto third_line = [&](std::string_view style, std::string_view text, double width_px) {
     fmt::format_to(out, "<path class=\"line\" d=\"M{:.1f} {:.1f}h34\" {}/>", x, third, style);
