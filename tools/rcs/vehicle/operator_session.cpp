@@ -165,9 +165,11 @@ void OperatorSession::end_line() {
 
 // On a terminal one line that is overwritten; elsewhere a new line for each change.
 void OperatorSession::show(const CommandProgress& current, Duration since) {
-  const std::string text =
-      fmt::format("{}{}{}{}{}", name_of(current.state), state().empty() ? "" : ", ", state(),
-                  current.reason.empty() ? "" : ": ", current.reason);
+  // An error that lasts ends the command, which reports it: the node may be starting.
+  const bool error = current.state == CommandProgress::State::kError;
+  const std::string text = fmt::format("{}{}{}{}{}", error ? "waiting" : name_of(current.state),
+                                       state().empty() ? "" : ", ", state(),
+                                       current.reason.empty() ? "" : ": ", current.reason);
   if (terminal_) {
     replace_line(fmt::format("{}: {:5.1f} s  {}", node_.program, seconds(since), text));
   } else if (text != shown_ && current.state != CommandProgress::State::kSent) {
