@@ -1,5 +1,7 @@
 #include "tools/drills/drill_run.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -105,6 +107,12 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   }
   result.record.p_vehicle_antenna = wm_config.params.gps.lever_m;
   if (!result.record.begin) return Error{"no sensor data"};
+  const double drive_s = seconds(result.record.end - *result.record.begin);
+  for (const Stimulus& s : drill.stimuli) {
+    if (s.begin_s < drive_s || options.undisturbed) continue;
+    return Error{fmt::format("the stimulus '{}' begins at {:g} s, and the drive ends at {:.1f} s",
+                             describe(s), s.begin_s, drive_s)};
+  }
   return result;
 }
 

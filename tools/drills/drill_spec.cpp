@@ -200,6 +200,41 @@ void read_strength(ParamTable* table, Stimulus* s) {
   }
 }
 
+/// The keys of which one must be given, since the stimulus changes nothing without; empty: none.
+std::string_view missing_size(const Stimulus& s) {
+  const bool values = !s.gyro_radps.isZero() || !s.accel_mps2.isZero() || s.speed_mps != 0.0 ||
+                      s.yaw_rate_radps != 0.0 || s.range_m != 0.0 || s.position_m != 0.0;
+  switch (s.kind) {
+    case StimulusKind::kOffset:
+      return s.offset_m > 0.0 ? "" : "offset_m";
+    case StimulusKind::kRamp:
+      return s.rate_mps > 0.0 ? "" : "rate_mps";
+    case StimulusKind::kHeight:
+      return s.height_m != 0.0 ? "" : "height_m";
+    case StimulusKind::kEmptyFacets:
+    case StimulusKind::kDust:
+      return s.share > 0.0 ? "" : "share";
+    case StimulusKind::kClock:
+      return s.jump_s != 0.0 ? "" : "jump_s";
+    case StimulusKind::kBias:
+    case StimulusKind::kNoise:
+    case StimulusKind::kSaturate:
+      if (values) return "";
+      if (s.source == DrillSource::kIns) return "gyro_dps or accel_mps2";
+      if (s.source == DrillSource::kOdometry) return "speed_mps or yaw_rate_deg";
+      return s.source == DrillSource::kLadar ? "range_m" : "position_m";
+    case StimulusKind::kScale:
+      if (s.gyro_factor != 1.0 || s.accel_factor != 1.0 || s.factor != 1.0) return "";
+      return s.source == DrillSource::kIns ? "gyro_factor or accel_factor" : "factor";
+    case StimulusKind::kAxes:
+      return s.axes != Stimulus{}.axes ? "" : "axis_x, axis_y or axis_z";
+    case StimulusKind::kMount:
+      return s.tilt_rad != 0.0 || s.pan_rad != 0.0 ? "" : "tilt_deg or pan_deg";
+    default:
+      return "";
+  }
+}
+
 Stimulus read_stimulus(ParamTable table) {
   Stimulus s;
   std::vector<std::string> kinds;
@@ -277,13 +312,21 @@ Result<Drill> read(const ParamFile& file) {
   if (simulated && !d.needs_simulator) {
     root.fail("needs", "must be \"simulator\": [run] has keys that require it");
   }
-  for (ParamTable table : root.tables("stimulus")) d.stimuli.push_back(read_stimulus(table));
+  std::vector<ParamTable> tables = root.tables("stimulus");
+  for (const ParamTable& table : tables) d.stimuli.push_back(read_stimulus(table));
   ParamTable limits = root.table("limits");
   for (const LimitKind& kind : kLimits) {
     if (!limits.has(kind.key)) continue;
     limits.get(kind.key, &d.limits[std::string(kind.key)], kind.range, kind.meaning);
   }
   if (Outcome finished = file.finish({}); !finished) return finished.error();
+  // After the check for unknown keys: a misspelt key is the better message.
+  for (std::size_t k = 0; k < tables.size(); ++k) {
+    const std::string_view keys = missing_size(d.stimuli[k]);
+    if (keys.empty()) continue;
+    tables[k].fail("kind", fmt::format("changes nothing without {}", keys));
+  }
+  if (Outcome sized = file.finish({}); !sized) return sized.error();
   if (d.stimuli.empty() && d.limits.empty()) {
     return Error{file.name() + ": not a drill: no [[stimulus]] and no [limits]"};
   }

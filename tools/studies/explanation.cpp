@@ -202,7 +202,7 @@ Result<Explanation> explain(LogReader* log, Duration after,
     if (event.stamp > moment) return explanation_of(history, log->path(), *begin, moment);
     history.add(event);
   }
-  if (!begin) return Error{log->path() + ": the log is empty"};
+  if (!begin) return Error{log->path() + ": no LCM log, or it is empty"};
   return Error{
       fmt::format("{}: the log ends after {:.1f} s", log->path(), seconds(history.now - *begin))};
 }

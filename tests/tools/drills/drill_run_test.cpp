@@ -88,6 +88,21 @@ TEST_F(DrillRunTest, ABaselineLacksItsSourceFromTheBeginningOfTheDrill) {
       << "until then the source was available";
 }
 
+TEST_F(DrillRunTest, AStimulusAfterTheEndOfTheDriveIsAnError) {
+  drills::Drill drill;
+  drill.stimuli = {drills::dropout(drills::DrillSource::kGps, 350.0, 10.0)};
+  drill.run.length_s = 5.0;
+  scene_->add_user(5.0);
+  drills::DrillRunOptions options;
+  options.stop = [] { return false; };
+  const Result<drills::DrillRunResult> result =
+      drills::run_drill(drill, vehicle_.value(), &*scene_, options);
+  ASSERT_FALSE(result.ok());
+  EXPECT_NE(result.error().message.find("'gps dropout' begins at 350 s, and the drive ends at"),
+            std::string::npos)
+      << result.error().message;
+}
+
 TEST_F(DrillRunTest, TheProgressOfACampaignIsTheShareOfItsRuns) {
   ASSERT_TRUE(vehicle_.ok());
   drills::DrillCampaign campaign;

@@ -105,6 +105,18 @@ TEST(DrillSpec, AKindHasItsOwnKeysOnly) {
   EXPECT_THAT(complaint(with_stimulus("kind = \"dust\"\nsource = \"gps\"")), HasSubstr("source"));
 }
 
+TEST(DrillSpec, AStimulusThatChangesNothingIsAnError) {
+  EXPECT_THAT(complaint(with_stimulus("kind = \"offset\"")),
+              AllOf(HasSubstr("bad.toml:2"), HasSubstr("changes nothing without offset_m")));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"scale\"\nsource = \"ins\"")),
+              HasSubstr("gyro_factor or accel_factor"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"bias\"\nsource = \"odometry\"")),
+              HasSubstr("speed_mps or yaw_rate_deg"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"axes\"\nsource = \"ins\"")), HasSubstr("axis_x"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"mount\"\nsource = \"ladar\"")),
+              HasSubstr("tilt_deg or pan_deg"));
+}
+
 TEST(DrillSpec, SimulatorOptionsRequireASimulatedRun) {
   EXPECT_THAT(complaint("[run]\nins = \"consumer\"\n"), HasSubstr("needs"));
   EXPECT_THAT(complaint("[run]\nscenario = \"x.toml\"\n"), HasSubstr("needs"));

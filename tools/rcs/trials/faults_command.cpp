@@ -112,7 +112,7 @@ class FaultsCommand final : public Command {
         "outside of a limit.\n"
         "Examples:\n"
         "  rcs faults --list\n"
-        "  rcs faults -o out/faults                         # 600 drives: some hours; Ctrl-C and\n"
+        "  rcs faults -o out/faults                         # 600 drives, an hour; Ctrl-C and\n"
         "                                                   # the same command continue it\n"
         "  rcs faults --runs 60 --only ins --first-seed 501 -o out/ins\n"
         "  rcs faults --runs 200 --faults 2 -o out/two\n"
