@@ -59,6 +59,20 @@ void coast(const Model& model, Stamp to, FilterState* s) {
   }
 }
 
+/// The INS is received again: its rate also says by how much the vehicle has turned meanwhile, as
+/// the two are correlated in the second process model. A rate that is impossible says nothing.
+void regain_gyro(const Model& model, const ImuSample& imu, FilterState* s) {
+  constexpr double kWithin_radps = 0.05;  // by which the rate may change within the sample
+  const NavState& x = s->belief.x;
+  const Vec3 earth_vehicle = x.T_world_vehicle.q.conjugate() * model.earth.rate_world;
+  Residual<3> z;
+  z.r = imu.delta_angle / seconds(imu.interval) - (x.gyro_bias + earth_vehicle) - x.rate_vehicle;
+  z.H.block<3, 3>(0, kRate).setIdentity();
+  z.H.block<3, 3>(0, kGyroBias).setIdentity();
+  z.R = kWithin_radps * kWithin_radps * Mat3::Identity();
+  s->belief = update(s->belief, z, model.gates[3]).belief;
+}
+
 bool stands(const Model& model, const FilterState& s) {
   const StillnessParams& p = model.params.stillness;
   const Memory& m = s.memory;
@@ -174,6 +188,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   }
   if (s->belief.x.stamp < begin) coast(model, std::min(to, begin), s);
   if (to > s->belief.x.stamp) {
+    if (!s->belief.x.inertial && m.ins_stamp != Stamp::min()) regain_gyro(model, imu, s);
     const NavState before = s->belief.x;
     const double share =
         share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);

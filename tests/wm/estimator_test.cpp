@@ -252,6 +252,35 @@ TEST(Estimator, WheelSlipUphillDoesNotBiasTheHeight) {
   EXPECT_LT(estimated_m2, 0.25 * ignored_m2);
 }
 
+/// The yaw rate falls or rises steadily while the INS is silent.
+TEST(InsGap, TheRateOfAReturningInsSaysHowTheVehicleHasTurned) {
+  const WmParams params;
+  const Model model{params};
+  for (const double end_radps : {0.0, 0.2, -0.2}) {
+    FilterState s{initial_belief(params, from_utime(1'000'000)), {}};
+    s.belief.x.inertial = true;
+    s.belief.x.v_world = Vec3(10.0, 0.0, 0.0);
+    s.belief.P.topLeftCorner<9, 9>() *= 1e-6;
+    Innovations records;
+    const auto turn = [&](double rate_radps, Duration after) {
+      const Stamp now = s.belief.x.stamp + after;
+      const Vec3 angle(0.0, 0.0, 0.01 * rate_radps);
+      const ImuSample imu{now, Duration(10'000), angle, 0.01 * Vec3(0.0, 0.0, 9.81)};
+      advance(model, now, &imu, &s, &records);
+    };
+    for (int k = 0; k < 500; ++k) turn(0.0, Duration(10'000));
+    const double before = log_so3(s.belief.x.T_world_vehicle.q).z();
+    const double sigma_before = std::sqrt(s.belief.P(kAttitude + 2, kAttitude + 2));
+    constexpr double kGap_s = 0.6;
+    turn(end_radps, from_seconds(kGap_s + 0.01));
+    const double turned = log_so3(s.belief.x.T_world_vehicle.q).z() - before;
+    EXPECT_NEAR(turned, 0.5 * end_radps * kGap_s, 0.015) << end_radps;
+    const double sigma = std::sqrt(s.belief.P(kAttitude + 2, kAttitude + 2));
+    EXPECT_LT(sigma, 0.06) << "0.1 without the rate";
+    EXPECT_GT(sigma, sigma_before + 0.02);
+  }
+}
+
 /// A belief with a known velocity and the lateral constraint: no other measurements.
 class LateralConstraint : public testing::Test {
  protected:
