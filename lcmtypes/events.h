@@ -193,10 +193,10 @@ struct Info {
     "Fault detection excluded or (severity info) readmitted a source. The text has the source, "   \
     "the reason, the test ratio (statistic over its limit) and the step of the belief.",           \
     "Exclusion: the source contradicts the filter that does not use it: GPS multipath, spoofing "  \
-    "or a wrong datum; a LADAR that is obstructed or moved; wheels that slip or a wrong scale; a " \
-    "survey that is wrong here.",                                                                  \
+    "or a wrong datum; an INS with a bias, a wrong scale or exchanged axes; a LADAR that is "      \
+    "obstructed or moved; wheels that slip or a wrong scale; a survey that is wrong here.",        \
     "Continue with the other sources while the protection levels allow it. Check the excluded "    \
-    "source: receiver and antenna, mounting of the LADAR, wheel sensors, datum of the map.")       \
+    "source: receiver and antenna, mounting of the INS or LADAR, wheel sensors, datum of the map.") \
   X(kWmPriorMapExcluded, "wm", "prior_map.excluded", kWarning, kOne,                               \
     "The matches to a tile of the a priori map are not fused.",                                    \
     "The low-passed NIS of the matches is above its limit: the terrain has changed since the "     \

@@ -60,7 +60,8 @@ void coast(const Model& model, Stamp to, FilterState* s) {
 }
 
 /// The INS is received again: its rate also says by how much the vehicle has turned meanwhile, as
-/// the two are correlated in the second process model. A rate that is impossible says nothing.
+/// the two are correlated in the second process model. A rate that is impossible says nothing. Not
+/// for the first sample of all: what the rate was before is not known then.
 void regain_gyro(const Model& model, const ImuSample& imu, FilterState* s) {
   constexpr double kWithin_radps = 0.05;  // by which the rate may change within the sample
   const NavState& x = s->belief.x;
