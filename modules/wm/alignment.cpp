@@ -30,7 +30,8 @@ double gravity_in(double specific_force, const ProcessNoise& ins) {
   return standard + share * (specific_force - standard);
 }
 
-constexpr double kSideSlip = 0.1;  // of a car, over its speed
+constexpr double kSideSlip = 0.1;   // of a car, over its speed
+constexpr double kSameSpeed = 0.3;  // share by which two speeds of one vehicle may differ
 
 /// From LADAR, wheels, or a start at rest: the path of the filter then has the shape of the drive.
 bool knows_velocity(const FilterState& s) {
@@ -217,7 +218,12 @@ std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
   const Vec3 swing = x.T_world_vehicle.q * x.rate_vehicle.cross(params.gps.lever_m);
   const double sigma_m = 3.0 * fix.sigma_m.maxCoeff();
   if (sigma_own < params.align.heading_sigma_rad) {
+    // Two velocities of one vehicle differ in direction only. Wheels that are stuck, or a vehicle
+    // that is carried, have a velocity of zero in no direction.
     const Vec3 own = x.v_world + swing;
+    const double faster = own.head<2>().norm() - speed;
+    const double allowed = kSameSpeed * speed + 3.0 * std::hypot(sigma_gps, sigma_own) * speed;
+    if (std::abs(faster) > allowed) return std::nullopt;
     const double own_course = std::atan2(own.y(), own.x());
     const double yaw = wrap_angle(course - own_course);
     return Anchor{turn_and_shift(yaw, p_old, fix.p_world),

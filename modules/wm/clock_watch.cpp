@@ -5,6 +5,11 @@
 namespace rcs::wm {
 
 void ClockWatch::Track::add(Stamp s, Stamp arrival) {
+  // Oscillators differ by up to 100 ppm: the largest lead of an hour ago says nothing now.
+  constexpr Duration::rep kDrift = 10'000;
+  if (count > 0) since_drift += std::max(Duration::zero(), arrival - other);
+  best -= since_drift / kDrift;
+  since_drift %= kDrift;
   StampLead::add(s, arrival);
   constexpr Duration kMost = from_milliseconds(5.0);
   follow(count <= kKnown ? std::nullopt : std::optional<Duration>(kMost));
@@ -12,6 +17,24 @@ void ClockWatch::Track::add(Stamp s, Stamp arrival) {
 
 bool ClockWatch::Track::alive(Stamp now) const {
   return count >= kKnown && now - other < from_seconds(1.0);
+}
+
+bool ClockWatch::Track::moved_by(Duration step) const {
+  const Duration gained = lead - best;
+  return step > Duration::zero() ? gained * 2 > step : gained * 2 < step;
+}
+
+void ClockWatch::Recent::add(Stamp stamp) { stamps_[count_++ % stamps_.size()] = stamp; }
+
+bool ClockWatch::Recent::lacks(Stamp stamp, Duration within) const {
+  const std::size_t n = std::min(count_, stamps_.size());
+  bool older = false;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Duration ahead = stamps_[k] - stamp;
+    if (ahead <= within && -ahead <= within) return false;
+    older = older || ahead < Duration::zero();
+  }
+  return older;
 }
 
 ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
@@ -36,7 +59,10 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
     }
   }
   if (ins_.count == 0 || imu.stamp == ins_.stamp) {
-    if (ins_.count == 0) ins_.add(imu.stamp, arrival);
+    if (ins_.count == 0) {
+      ins_.add(imu.stamp, arrival);
+      recent_.add(imu.stamp);
+    }
     return Verdict::kPass;
   }
   const Duration passed = imu.stamp - ins_.stamp;
@@ -48,8 +74,10 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   const Duration gained = ins_.lead + passed - waited - ins_.best;
   const bool forward = known && !silence && gained > kForward && passed > imu.interval + kForward;
   // A stuck driver repeats an old sample for ever: it must not hold the samples of the others.
-  const bool backward = known && passed * 2 <= -imu.interval && imu.stamp > disorder_;
+  const bool backward = known && passed * 2 <= -imu.interval && imu.stamp > disorder_ &&
+                        !recent_.lacks(imu.stamp, imu.interval / 2);
   if (!forward && !backward) {
+    recent_.add(imu.stamp);
     if (passed < Duration::zero()) return Verdict::kPass;
     ins_.add(imu.stamp, arrival);
     if (silence) ins_.best = std::max(ins_.best, ins_.lead);
@@ -69,7 +97,10 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   const bool silence = track.count > 0 && arrival - track.other > from_seconds(2.0);
   track.add(stamp, arrival);
   if (silence) track.best = track.lead;
-  return !suspected_ && arrival >= unsettled_until_;
+  if (arrival < unsettled_until_) return false;
+  // If only the clock of the INS has stepped, or none has, the inputs of the others are right.
+  const bool known = track.count > kKnown && !silence;
+  return !suspected_ || (known && !track.moved_by(step_));
 }
 
 /// @return nullopt if nothing has been received that was certainly measured after the suspected
@@ -80,8 +111,7 @@ std::optional<bool> ClockWatch::has_stepped(Clock clock, Stamp now) const {
                            : clock == Clock::kGps    ? from_milliseconds(100.0)
                                                      : from_milliseconds(200.0);
   if (!track.alive(now) || track.other - suspected_at_ < latency) return std::nullopt;
-  const Duration gained = track.lead - track.best;
-  return step_ > Duration::zero() ? gained * 2 > step_ : gained * 2 < step_;
+  return track.moved_by(step_);
 }
 
 /// More than one stamp supports the suspected step.
@@ -94,7 +124,15 @@ bool ClockWatch::established() const {
 std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
   if (!suspected_) return std::nullopt;
   const Duration waited = now - suspected_at_;
-  if (!established()) return std::nullopt;
+  if (!established()) {
+    // The INS has fallen silent since.
+    if (now - last_held_arrival_ > kPatience) {
+      suspected_ = false;
+      held_.clear();
+      dropped_ = true;
+    }
+    return std::nullopt;
+  }
   std::optional<bool> all = has_stepped(Clock::kOdometry, now);
   if (!all) all = has_stepped(Clock::kGps, now);
   if (!all && waited <= kPatience) return std::nullopt;
@@ -106,6 +144,8 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
 
 void ClockWatch::settle(const ClockStep& step, Stamp now) {
   suspected_ = false;
+  recent_ = {};
+  for (const ImuSample& held : held_) recent_.add(held.stamp);
   ins_.stamp = held_.back().stamp;
   ins_.other = last_held_arrival_;
   ins_.best += step.step;

@@ -33,9 +33,11 @@ class ClockWatch {
   /// @param imu  with its stamp as received
   Verdict add(const ImuSample& imu, Stamp arrival);
 
-  /// Any other input. False: it must be dropped, because its stamp may be from the clock before a
-  /// step.
+  /// Any other input. False: it must be dropped, because its clock may have stepped, too, or has
+  /// just done so.
   bool add(Clock clock, Stamp stamp, Stamp arrival);
+  /// Continues with the shift of another watch. Before any input.
+  void resume(Duration ins_shift) { ins_shift_ = ins_shift; }
 
   /// @return the step, once it is confirmed; held() then returns the samples since
   [[nodiscard]] std::optional<ClockStep> resolve(Stamp now);
@@ -59,14 +61,31 @@ class ClockWatch {
 
   /// Of the stamps of one source over their arrivals.
   struct Track : StampLead {
+    Duration since_drift{};  ///< for which `best` has not been lowered yet
+
     void add(Stamp s, Stamp arrival);
     [[nodiscard]] bool alive(Stamp now) const;
+    /// Its newest stamp has changed as by this step.
+    [[nodiscard]] bool moved_by(Duration step) const;
+  };
+  /// The newest stamps of the INS.
+  class Recent {
+   public:
+    void add(Stamp stamp);
+    /// No stamp is within this time of it, but some are before and after it: a sample that was
+    /// overtaken. A clock that has stepped back repeats its time.
+    [[nodiscard]] bool lacks(Stamp stamp, Duration within) const;
+
+   private:
+    std::array<Stamp, 64> stamps_{};
+    std::size_t count_ = 0;
   };
   [[nodiscard]] std::optional<bool> has_stepped(Clock clock, Stamp now) const;
   [[nodiscard]] bool established() const;
   void settle(const ClockStep& step, Stamp now);
 
   Track ins_;
+  Recent recent_;
   std::array<Track, kClocks> others_;
   std::vector<ImuSample> held_;
   bool suspected_ = false;

@@ -58,11 +58,13 @@ Continuation Estimator::continuation() const {
   c.earth = history_.model().earth;
   c.has_datum = datum_.has_value();
   if (datum_) c.datum = datum_->datum();
+  c.ins_clock_shift = clocks_.ins_shift();
   return c;
 }
 
 void Estimator::resume(const Continuation& from) {
   if (from.has_datum) datum_.emplace(from.datum);
+  clocks_.resume(from.ins_clock_shift);
   restart(from.state);
   history_.amend(from.earth, [](FilterState*) {});
   T_local_vehicle_ = from.T_local_vehicle;
@@ -71,14 +73,14 @@ void Estimator::resume(const Continuation& from) {
 }
 
 Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
-  if (!started_ || arrival == Stamp::min()) return add_inertial(imu);
+  if (!started_ || arrival == Stamp::min()) return add_inertial(imu, arrival);
   if (clocks_.add(imu, arrival) == ClockWatch::Verdict::kHeld) return Reason::kAccepted;
   const Reason held = clocks_.take_dropped() ? Reason::kInvalid : add_held();
-  const Reason own = add_inertial(imu);
+  const Reason own = add_inertial(imu, arrival);
   return own == Reason::kAccepted ? held : own;
 }
 
-Reason Estimator::add_inertial(ImuSample imu) {
+Reason Estimator::add_inertial(ImuSample imu, Stamp arrival) {
   if (started_) {
     imu.stamp += clocks_.ins_shift();
     const Stamp begin = imu.stamp - imu.interval;
@@ -87,7 +89,7 @@ Reason Estimator::add_inertial(ImuSample imu) {
       if (begin - history_.head().belief.x.stamp > kBlind) begin_after_silence(begin);
     }
     newest_imu_ = std::max(newest_imu_, imu.stamp);
-    return add(Measurement{imu.stamp, imu});
+    return add(Measurement{imu.stamp, imu}, arrival);
   }
   if (imu.stamp <= newest_imu_) {
     // A single stamp from the future must not prevent the start for ever.
@@ -106,7 +108,7 @@ Reason Estimator::add_inertial(ImuSample imu) {
 Reason Estimator::add_held() {
   Reason refused = Reason::kAccepted;
   for (const ImuSample& held : clocks_.held()) {
-    const Reason reason = add_inertial(held);
+    const Reason reason = add_inertial(held, Stamp::min());
     if (reason != Reason::kAccepted) refused = reason;
   }
   clocks_.clear_held();
@@ -123,13 +125,13 @@ void Estimator::watch_clocks(Stamp now) {
 Reason Estimator::add(Stamp stamp, const OdometrySample& odometry, Stamp arrival) {
   if (!clocks_.add(Clock::kOdometry, stamp, arrival)) return Reason::kInvalid;
   // Odometry is relative: it cannot start the filter.
-  return started_ ? add(Measurement{stamp, odometry}) : Reason::kNoDatum;
+  return started_ ? add(Measurement{stamp, odometry}, arrival) : Reason::kNoDatum;
 }
 
 Reason Estimator::add(Stamp stamp, const RollingMatch& match, Stamp arrival) {
   if (!clocks_.add(Clock::kLadar, stamp, arrival)) return Reason::kInvalid;
   if (before_silence_) place_in_rolling_map(stamp, match);
-  return add(Measurement{stamp, match});
+  return add(Measurement{stamp, match}, arrival);
 }
 
 Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
@@ -137,7 +139,7 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
   if (!datum_) datum_.emplace(geodetic.antenna);
   GpsFix fix = geodetic.fix;
   fix.p_world = datum_->to_world(geodetic.antenna);
-  const Reason reason = add(Measurement{stamp, fix});
+  const Reason reason = add(Measurement{stamp, fix}, arrival);
   if (reason == Reason::kAccepted && started_ && !history_.head().memory.anchored &&
       waiting_.size() < kMaxWaiting) {
     waiting_.push_back({stamp, fix});
@@ -146,9 +148,9 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
 }
 
 Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
-  static_cast<void>(arrival);  // the rolling match of the same scan has been monitored
+  // Its clock has been monitored by the rolling match of the same scan.
   if (!started_ || history_.head().memory.anchored || !datum_) {
-    return add(Measurement{stamp, match});
+    return add(Measurement{stamp, match}, arrival);
   }
   const Duration ahead = stamp - history_.head().belief.x.stamp;
   if (ahead > params_.history.jump) return Reason::kInvalid;
@@ -157,7 +159,7 @@ Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
   return Reason::kAccepted;
 }
 
-Reason Estimator::add(const Measurement& m) {
+Reason Estimator::add(const Measurement& m, Stamp arrival) {
   if (!started_) {
     // While the INS is received, the start waits for the levelling; without INS, this is the start.
     const Duration jump = params_.history.jump;
@@ -170,8 +172,12 @@ Reason Estimator::add(const Measurement& m) {
   const Reason reason = history_.insert(m);
   if (reason == Reason::kAccepted || reason == Reason::kRepeated) {
     out_of_range_ = 0;
+    in_range_arrival_ = std::max(in_range_arrival_, arrival);
     return reason;
   }
+  // After a stall of this process one source is read before the others: what has waited meanwhile
+  // is late, and no clock has stepped.
+  if (arrival != Stamp::min() && arrival <= in_range_arrival_) return reason;
   // What was measured during a silence of this process may still wait in its queues.
   if (reason == Reason::kLate && silence_began_ < m.stamp && m.stamp < silence_ended_) {
     return reason;

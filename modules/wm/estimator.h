@@ -26,6 +26,7 @@ struct Continuation {
   Earth earth;
   bool has_datum = false;
   Geodetic datum;
+  Duration ins_clock_shift{};
 };
 
 /// Runs on the inputs that exist. Without a datum, or before the heading is known, frame world is a
@@ -89,8 +90,9 @@ class Estimator {
     Stamp stamp{};
     GpsFix fix;
   };
-  Reason add(const Measurement& m);
-  Reason add_inertial(ImuSample imu);
+  /// @param arrival  min(): unknown
+  Reason add(const Measurement& m, Stamp arrival);
+  Reason add_inertial(ImuSample imu, Stamp arrival);
   Reason add_held();
   void start(const Belief& belief, double gravity);
   void finish();
@@ -127,6 +129,7 @@ class Estimator {
   Stamp newest_imu_ = Stamp::min();
   int out_of_range_ = 0;  ///< inputs in a row rejected for their stamps
   Stamp first_out_of_range_ = Stamp::min();
+  Stamp in_range_arrival_ = Stamp::min();  ///< newest arrival of an input that was in range
   int clock_steps_ = 0;
   int local_breaks_ = 0;
   LossWatch loss_;

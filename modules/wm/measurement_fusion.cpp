@@ -149,10 +149,10 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     // late data, unless it persists: then SP was restarted.
     const bool newer = z.map_epoch > s_.belief.x.map_epoch;
     if ((newer || refused_long) && clone(z)) return;
-    if (refused_long && s_.belief.x.map_epoch < 0) {
-      // On flat, open ground no scan observes the whole pose. Without any map WM would wait for one
-      // at rest for ever, as BG would for WM: the map is where SP has the vehicle, as when it was
-      // seeded there.
+    if (refused_long) {
+      // On flat, open ground no scan observes the whole pose. Without a map, or with one that SP no
+      // longer has, WM would wait for such a scan at rest for ever, as BG would for WM: the map is
+      // where SP has the vehicle, as when it was seeded there.
       s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch,
                               observed_covariance(z.information, model_.params.rolling.match));
       s_.memory.unmatched = Pose{};

@@ -16,6 +16,13 @@ constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter 
 constexpr Duration kBetweenScans = from_milliseconds(300.0);
 constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
 
+/// A measurement of a withheld source, one without a datum, of another map or without an observed
+/// direction neither agrees nor contradicts.
+bool was_compared(Reason reason) {
+  return reason != Reason::kQuarantine && reason != Reason::kNoDatum && reason != Reason::kEpoch &&
+         reason != Reason::kUnobserved;
+}
+
 /// The filter without INS is not moved to each of its samples.
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
@@ -92,7 +99,7 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
     for (int k = 0; concerns && k < records.count; ++k) {
       const Innovation& record = records.records[static_cast<std::size_t>(k)];
       if (record.source == source || (velocities && record.source == Source::kGpsVelocity)) {
-        hypothesis->count(record.reason == Reason::kAccepted);
+        if (was_compared(record.reason)) hypothesis->count(record.reason == Reason::kAccepted);
       }
     }
   }
@@ -127,12 +134,18 @@ void Trust::drop_what_passed_a_gap() {
 /// A ratio between kCalm and the limit keeps the sub-filters that raised it, for a limited time:
 /// the older they are, the less certain they are, and the more does an exclusion cost that
 /// continues from one of them.
-bool Trust::tests_are_calm(Stamp branch, Stamp now) const {
+bool Trust::tests_are_calm(Stamp branch, const FilterState& belief) const {
+  const Stamp now = belief.belief.x.stamp;
+  // Of a GPS that is excluded for good the fixes contradict the filter, and say nothing about the
+  // other sources.
+  const bool decided =
+      belief.memory.withheld.gps && gps_suspect_ == Stamp::min() && !keeps_gps_.alive();
+  const double gps = decided ? 0.0 : gps_test_ratio_;
   const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
   const bool uncertain = age > 2 * params_.branch;
   const double limit = age > 4 * params_.branch ? 1.0 : uncertain ? kCalmLater : kCalm;
-  const double worst = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
-                                 ins_by_gps_.ratio, ins_by_constraint_.ratio});
+  const double worst = std::max(
+      {gps, ladar_test_ratio_, map_test_ratio_, ins_by_gps_.ratio, ins_by_constraint_.ratio});
   const double ins = ladar_is_poor() ? ins_test_ratio() : ins_by_ladar_.ratio;
   return worst <= limit && ins <= (uncertain ? kContradicts : kInsCalm);
 }
@@ -240,7 +253,7 @@ void Trust::renew(const FilterState& belief) {
   const bool all_due = due(without_ladar_young_, params_.branch) ||
                        (positioned && due(without_gps_young_, params_.branch));
   if (!inertial_due && !all_due) return;
-  if (!tests_are_calm(positioned ? without_gps_.branch : without_ladar_.branch, now)) return;
+  if (!tests_are_calm(positioned ? without_gps_.branch : without_ladar_.branch, belief)) return;
   if (inertial_due) branch_recent(belief);
   // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
   const bool settling = m.ins_gap_end != Stamp::min() && now - m.ins_gap_end < kSettling;
@@ -353,6 +366,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
     bound_keeping_gps(belief);
   }
   std::optional<FilterState> change = judge(model, m, belief);
+  if (!change) change = judge_silence(belief, model.params.modes);
   step_monitors((change ? *change : belief).memory.withheld, belief.belief.x.stamp);
   return change;
 }
@@ -375,6 +389,7 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
   }
   // Without its sub-filter nothing replaces the filter.
   if (!belief.memory.gps_accused || !without_gps_.alive()) gps_suspect_ = Stamp::min();
+  if (fix != nullptr) gps_judged_ = belief.belief.x.stamp;
   if (gps_suspect_ != Stamp::min() && fix != nullptr) {
     return judge_suspect_fix(model, *fix, belief);
   }
@@ -392,6 +407,30 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
   }
   if (!change) renew(belief);
   return change;
+}
+
+/// The ratio of a source that has fallen silent says nothing any more. If it contradicted the
+/// others until then, and they do not contradict each other, it was wrong: the filter continues
+/// without what it has fused of it.
+std::optional<FilterState> Trust::judge_silence(const FilterState& belief,
+                                                const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
+  const Memory& m = belief.memory;
+  const bool tracks = m.of(Source::kRolling).accepted > now - kFresh;
+  if (!tracks && !m.withheld.ladar) {
+    ladar_test_ratio_ = 0.0;
+    ladar_doubted_since_ = Stamp::min();
+  }
+  if (gps_judged_ >= now - kFresh) return std::nullopt;
+  const bool contradicted = gps_contradicts_ != Stamp::max() || gps_suspect_ != Stamp::min();
+  const bool others_agree = tracks && uses_forces(belief) && ins_by_ladar_.ratio <= kCalm;
+  if (contradicted && without_gps_.alive() && others_agree) {
+    return exclude_gps(false, belief, modes);
+  }
+  if (!m.withheld.gps) gps_test_ratio_ = 0.0;
+  gps_contradicts_ = Stamp::max();
+  doubted_ = 0;
+  return std::nullopt;
 }
 
 void Trust::step_monitors(const Withheld& withheld, Stamp now) {

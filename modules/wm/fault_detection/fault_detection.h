@@ -222,7 +222,7 @@ class Trust {
   void branch_without_gps(const FilterState& belief);
   void branch_all(const FilterState& belief);
   /// @param branch  of the sub-filters to be replaced
-  [[nodiscard]] bool tests_are_calm(Stamp branch, Stamp now) const;
+  [[nodiscard]] bool tests_are_calm(Stamp branch, const FilterState& belief) const;
   [[nodiscard]] static bool has_position(const FilterState& belief);
   [[nodiscard]] bool lasts(bool contradicts, Stamp now, Stamp* since) const;
   [[nodiscard]] bool knows_attitude(const FilterState& belief) const;
@@ -247,7 +247,7 @@ class Trust {
                                                      const ModeParams& modes);
   std::optional<FilterState> exclude_other_than_gps(const Model& model, const GpsFix& z,
                                                     const FilterState& belief);
-  FilterState exclude_gps(const Model& model, const GpsFix& z, const FilterState& belief);
+  FilterState exclude_gps(bool confirmed, const FilterState& belief, const ModeParams& modes);
   void suppose_ins_faulty(const FilterState& belief);
   std::optional<FilterState> exclude_suspect_gps(const Model& model, const GpsFix& z,
                                                  const FilterState& belief);
@@ -264,6 +264,7 @@ class Trust {
   void bound_keeping_gps(const FilterState& belief);
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
+  std::optional<FilterState> judge_silence(const FilterState& belief, const ModeParams& modes);
   void step_monitors(const Withheld& withheld, Stamp now);
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
@@ -336,6 +337,7 @@ class Trust {
   Stamp gps_suspect_ = Stamp::min();
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
+  Stamp gps_judged_ = Stamp::min();       ///< newest fix
   Stamp gps_fused_from_ = Stamp::min();   ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;

@@ -93,7 +93,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
   const Duration later = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShowsLater;
   if (now - gps_contradicts_ < (others_disagree ? later : kShows)) return std::nullopt;
-  return exclude_gps(model, z, belief);
+  return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
 /// The filter has rejected several fixes in a row, which withholds GPS at once. A fault of another
@@ -158,7 +158,8 @@ bool Trust::ins_is_confirmed(const Model& model, const GpsFix& z) const {
 }
 
 /// Unless the LADAR confirms the INS, the alternative that the INS is faulty stays.
-FilterState Trust::exclude_gps(const Model& model, const GpsFix& z, const FilterState& belief) {
+/// @param confirmed  the LADAR confirms the INS
+FilterState Trust::exclude_gps(bool confirmed, const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = monitors_.gps.on_probation(now);
   // The one that has drifted less, if the fault cannot have had an effect on it.
@@ -167,9 +168,9 @@ FilterState Trust::exclude_gps(const Model& model, const GpsFix& z, const Filter
   FilterState next = recent ? without_gps_young_.state : without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
-  const Hypothesis kept = ins_is_confirmed(model, z) ? Hypothesis{} : keeps_gps_;
+  const Hypothesis kept = confirmed ? Hypothesis{} : keeps_gps_;
   FilterState state = found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty,
-                            next, belief, model.params.modes);
+                            next, belief, modes);
   keeps_gps_ = kept;
   return state;
 }
@@ -213,7 +214,7 @@ std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const 
   const bool undecided = accepts_fixes(keeps_gps_) && !ins_is_confirmed(model, z);
   const Duration shows = undecided ? kShowsTurning : kShows;
   if (belief.belief.x.stamp - gps_suspect_ < shows) return std::nullopt;
-  return exclude_gps(model, z, belief);
+  return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
 /// The courses of the fixes and of the INS, and the speed of the wheels.

@@ -112,7 +112,10 @@ double vote(double by_ins, double by_ladar, double by_reference, double toleranc
 
 void MotionVotes::add(Stamp stamp, const OdometrySample& z, double wheel_scale, bool accepted) {
   distance_[kWheels].add(stamp, z.speed_mps / wheel_scale);
-  if (z.sigma_yaw_rate_radps < kLargestSigma_radps) wheels_turn_.add(stamp, z.yaw_rate_radps);
+  const bool turns = std::isfinite(z.yaw_rate_radps);
+  if (turns && z.sigma_yaw_rate_radps < kLargestSigma_radps) {
+    wheels_turn_.add(stamp, z.yaw_rate_radps);
+  }
   if (accepted) return;
   distance_[kWheels].interrupt(stamp);
   wheels_turn_.interrupt(stamp);
