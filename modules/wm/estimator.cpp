@@ -88,6 +88,8 @@ Reason Estimator::add_inertial(ImuSample imu, Stamp arrival) {
       fuse();
       if (begin - history_.head().belief.x.stamp > kBlind) begin_after_silence(begin);
     }
+    // Samples of a stall of this process: T_local_vehicle() needs the states since the last fusion.
+    if (imu.stamp - history_.head().belief.x.stamp > params_.history.lag / 2) fuse();
     newest_imu_ = std::max(newest_imu_, imu.stamp);
     return add(Measurement{imu.stamp, imu}, arrival);
   }

@@ -16,6 +16,7 @@ constexpr Duration kPeriod = from_milliseconds(10.0);
 struct Seen {
   std::vector<ClockStep> steps;
   int samples = 0;   // samples passed on, held before or not
+  int odometry = 0;  // samples of the wheels that were accepted
   Duration shift{};  // at the end
   Duration longest_hold{};
 };
@@ -41,8 +42,8 @@ Seen run(
       }
     }
     if (const std::optional<double> shift = odometry(t); shift && i % 5 == 0) {
-      static_cast<void>(watch.add(Clock::kOdometry, Stamp(from_seconds(t + *shift)),
-                                  Stamp(from_seconds(500.002 + t))));
+      const Stamp stamp(from_seconds(t + *shift));
+      if (watch.add(Clock::kOdometry, stamp, Stamp(from_seconds(500.002 + t)))) ++seen.odometry;
     }
     if (!watch.suspects()) held_since = now;
     seen.longest_hold = std::max(seen.longest_hold, now - held_since);
@@ -153,6 +154,49 @@ TEST(ClockWatch, DisorderIsNoStep) {
   const Seen seen = run(swapped, right);
   EXPECT_TRUE(seen.steps.empty());
   EXPECT_GT(seen.samples, 1900);
+  EXPECT_EQ(seen.odometry, 399) << "the inputs of the others are not dropped meanwhile";
+}
+
+TEST(ClockWatch, AWrongStampOfAnInsThatThenFallsSilentDropsNoOtherInput) {
+  for (const double by_s : {-0.02, -0.3, 0.06, 0.3}) {
+    const auto dies = [by_s](double t) {
+      return t < 10.003 ? std::optional(0.0) : t < 10.013 ? std::optional(by_s) : std::nullopt;
+    };
+    const Seen seen = run(dies, right);
+    EXPECT_TRUE(seen.steps.empty()) << by_s;
+    EXPECT_EQ(seen.odometry, 399) << by_s;
+    EXPECT_LT(seen.longest_hold, from_milliseconds(400.0)) << by_s;
+  }
+}
+
+// The clock of the sensors is slower than that of this computer by as much as two oscillators
+// differ: what the stamps were ahead of the arrivals an hour ago is no measure of a step.
+TEST(ClockWatch, AfterAnHourOfDriftAStepOfTheInsAloneIsRecognized) {
+  for (const double slower : {20e-6, 50e-6, -50e-6}) {
+    for (const double by_s : {-0.3, -0.1, 0.1, 0.15}) {
+      ClockWatch watch;
+      std::vector<ClockStep> steps;
+      for (int i = 1; i <= 361'000; ++i) {
+        const double t = 0.01 * i;
+        const double stamp_s = t * (1.0 - slower);
+        const Stamp now(from_seconds(500.002 + t));
+        const double step_s = t > 3600.003 ? by_s : 0.0;
+        const ImuSample imu{Stamp(from_seconds(stamp_s + step_s)), kPeriod, Vec3::Zero(),
+                            Vec3::Zero()};
+        if (watch.add(imu, now) == ClockWatch::Verdict::kPass) watch.clear_held();
+        if (i % 5 == 0) {
+          static_cast<void>(watch.add(Clock::kOdometry, Stamp(from_seconds(stamp_s)), now));
+        }
+        if (const std::optional<ClockStep> step = watch.resolve(now)) {
+          steps.push_back(*step);
+          watch.clear_held();
+        }
+      }
+      ASSERT_EQ(steps.size(), 1U) << slower << " " << by_s;
+      EXPECT_FALSE(steps[0].of_all) << slower << " " << by_s;
+      EXPECT_NEAR(seconds(watch.ins_shift()), -by_s, 1e-3) << slower << " " << by_s;
+    }
+  }
 }
 
 }  // namespace

@@ -182,10 +182,17 @@ TEST(EstimatorSilence, AfterAGapTheSpecificForceLevelsAnUncertainVehicle) {
 }
 
 // A process that was stopped finds the messages of the meantime in its queues: of the INS the
-// newest only, of slower sensors all. Those of before the first INS sample are late, and no sign of
-// clocks that have stepped. SP has tracked the vehicle meanwhile.
+// newest or all, of slower sensors all. Those of before the first INS sample, or of before the
+// fusion of a part of the INS samples, are late, and no sign of clocks that have stepped. SP has
+// tracked the vehicle meanwhile.
 TEST(EstimatorSilence, OfThisProcessIsNoClockStep) {
-  for (const double length_s : {2.5, 3.0, 4.5}) {
+  for (const auto& [length_s, queue] : {std::pair<double, std::size_t>{2.5, 64},
+                                        {3.0, 64},
+                                        {4.5, 64},
+                                        {2.6, 1024},
+                                        {3.0, 1024},
+                                        {3.7, 1024},
+                                        {4.5, 1024}}) {
     Experiment experiment;
     experiment.drive.length_s = 40.0;
     Rig rig(experiment);
@@ -208,13 +215,16 @@ TEST(EstimatorSilence, OfThisProcessIsNoClockStep) {
       if (i % 10 == 0) matches.emplace_back(stamp, match);
       if (i % 20 == 0) fixes.emplace_back(stamp, fix);
       if (t > 30.0 && t < 30.0 + length_s) continue;
-      constexpr std::size_t kQueue = 64;
-      for (std::size_t k = imus.size() - std::min(imus.size(), kQueue); k < imus.size(); ++k) {
-        estimator.add(imus[k].second, stamp);
+      // The thread that receives is stopped with the process, or not.
+      const auto arrival = [&](Stamp at) { return queue == 64 ? stamp : at; };
+      std::size_t taken = 0;
+      for (std::size_t k = imus.size() - std::min(imus.size(), queue); k < imus.size(); ++k) {
+        estimator.add(imus[k].second, arrival(imus[k].first));
+        if (++taken % 256 == 0) estimator.fuse();  // as WmNode does
       }
-      for (const auto& [at, sample] : wheels) estimator.add(at, sample, stamp);
-      for (const auto& [at, sample] : fixes) estimator.add(at, sample, stamp);
-      for (const auto& [at, sample] : matches) estimator.add(at, sample, stamp);
+      for (const auto& [at, sample] : wheels) estimator.add(at, sample, arrival(at));
+      for (const auto& [at, sample] : fixes) estimator.add(at, sample, arrival(at));
+      for (const auto& [at, sample] : matches) estimator.add(at, sample, arrival(at));
       imus.clear();
       wheels.clear();
       matches.clear();

@@ -188,6 +188,38 @@ TEST(MovingStart, LadarAndPositions) {
   expect_aligned(e, 3.0);
 }
 
+// A velocity of zero has no direction: of a vehicle that stands while GPS reports a velocity, or
+// whose wheels are stuck.
+TEST(MovingStart, ACourseIsNoHeadingOfAVehicleThatDoesNotMove) {
+  Experiment e;
+  e.drive.still_s = 10.0;
+  e.drive.length_s = 40.0;
+  Rig rig(e);
+  auto& [truth, sensors, estimator] = rig;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const double t = seconds(truth[i].stamp - truth[0].stamp);
+    estimator.add(sensors.imu(i));
+    if (i % 5 == 0) estimator.add(truth[i].stamp, sensors.odometry(i));
+    if (i % 20 == 0) {
+      GeodeticFix fix = sensors.gps(i);
+      if (t < 8.0) {
+        fix.fix.has_velocity = true;
+        fix.fix.v_world = Vec3(4.0, 0.0, 0.0);
+        fix.fix.sigma_v_mps = Vec3::Constant(0.05);
+      }
+      estimator.add(truth[i].stamp, fix);
+    }
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (t < 9.5 && estimator.started()) {
+      EXPECT_FALSE(estimator.state().memory.anchored) << t;
+    }
+  }
+  const Pose& here = estimator.state().belief.x.T_world_vehicle;
+  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_LT((here.p - truth.back().T_world_vehicle.p).head<2>().norm(), 2.0);
+}
+
 TEST(Estimator, RegistrationsBoundTheErrorInAnOutage) {
   Experiment experiment;
   experiment.outage_from_s = 40.0;
@@ -461,27 +493,36 @@ TEST(Estimator, InANewMapNoVarianceIsNegative) {
   }
 }
 
-// On flat, open ground. The message with which SP began the map came before WM was aligned.
+// On flat, open ground. The message with which SP began the map came before WM was aligned, or was
+// lost.
 TEST(Estimator, AMapWhoseScansNeverObserveTheWholePoseIsUsed) {
-  Experiment experiment;
-  experiment.gps = false;
-  Rig rig(experiment);
-  auto& [truth, sensors, estimator] = rig;
-  for (std::size_t i = 1; i < 1000; ++i) {
-    estimator.add(sensors.imu(i));
-    if (i % 10 == 0) {
-      RollingMatch scan = sensors.scan(i);
-      Vec6 observed;
-      observed << 0.0, 0.0, 1.0, 1.0, 1.0, 0.0;  // height, roll, pitch
-      scan.information = observed.asDiagonal() * scan.information * observed.asDiagonal();
-      estimator.add(truth[i].stamp, scan);
+  for (const std::size_t begins : {std::size_t{0}, std::size_t{600}}) {
+    Experiment experiment;
+    experiment.gps = false;
+    Rig rig(experiment);
+    auto& [truth, sensors, estimator] = rig;
+    std::int64_t epoch = -1;
+    for (std::size_t i = 1; i < 1000; ++i) {
+      estimator.add(sensors.imu(i));
+      if (i % 10 == 0) {
+        RollingMatch scan = sensors.scan(i);
+        if (i >= begins) {
+          scan.map_epoch += 7;
+          scan.seeded = false;
+          Vec6 observed;
+          observed << 0.0, 0.0, 1.0, 1.0, 1.0, 0.0;  // height, roll, pitch
+          scan.information = observed.asDiagonal() * scan.information * observed.asDiagonal();
+        }
+        epoch = scan.map_epoch;
+        estimator.add(truth[i].stamp, scan);
+      }
+      estimator.fuse();
+      estimator.clear_innovations();
     }
-    estimator.fuse();
-    estimator.clear_innovations();
+    ASSERT_TRUE(estimator.started());
+    EXPECT_EQ(estimator.state().belief.x.map_epoch, epoch) << begins;
+    EXPECT_GT(estimator.state().memory.of(Source::kRolling).accepted, truth[900].stamp) << begins;
   }
-  ASSERT_TRUE(estimator.started());
-  EXPECT_EQ(estimator.state().belief.x.map_epoch, sensors.scan(1000).map_epoch);
-  EXPECT_GT(estimator.state().memory.of(Source::kRolling).accepted, truth[900].stamp);
 }
 
 // Scan after scan sees the same points, with the same error: each adds what the way since the last

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace rcs::wm {
 namespace {
 
@@ -56,10 +58,10 @@ TEST(MotionVotes, ASumIsIncompleteAfterAGap) {
 }
 
 /// A slow curve of 20 s; the turn rates by INS and by LADAR are off by a constant.
-MotionVotes turn(double ins_off_radps, double ladar_off_radps) {
+/// @param votes  before it
+MotionVotes turn(double ins_off_radps, double ladar_off_radps, MotionVotes votes = {}) {
   constexpr double kRate_radps = 0.05;
   constexpr double kSpeed_mps = 5.0;
-  MotionVotes votes;
   Pose ins;
   RollingMatch z;
   for (int k = 0; k <= 200; ++k) {
@@ -85,6 +87,13 @@ TEST(MotionVotes, LongTurnsShowSlowFaults) {
   EXPECT_EQ(turn(0.002, -0.002).long_turns(), 0.0);
   EXPECT_EQ(turn(0.002, -0.002).ladar_scale().rotation, 1.0);
   EXPECT_EQ(turn(0.008, 0.007).long_turns(), 0.0) << "the wheels are the odd ones";
+}
+
+/// Of wheels whose driver does not always know the yaw rate.
+TEST(MotionVotes, ASampleWithoutYawRateDoesNotSpoilTheTurns) {
+  MotionVotes votes;
+  votes.add(Stamp() - from_seconds(0.1), OdometrySample{5.0, 0.05, std::nan(""), 0.0}, 1.0, true);
+  EXPECT_GT(turn(0.008, 0.0, votes).long_turns(), 0.9);
 }
 
 /// The INS may be the source that is wrong about the LADAR: once it is excluded it is no judge.

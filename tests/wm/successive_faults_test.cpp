@@ -1,0 +1,92 @@
+// A source that fails while another one is excluded, or that falls silent before it is excluded.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/wm/fault_drive.h"
+
+namespace rcs::wm {
+namespace {
+
+/// Fixes that jump from side to side: neither a cluster nor a drift, and never accepted.
+Vec3 scattered(double t_s) {
+  return {std::fmod(t_s, 0.4) < 0.2 ? 30.0 : -30.0, 30.0 * std::sin(3.0 * t_s), 0.0};
+}
+
+double first(const Seen& seen, Finding what) {
+  for (const auto& [t_s, finding] : seen.findings) {
+    if (finding == what) return t_s;
+  }
+  return 1e9;
+}
+
+// A fix that is not fused neither agrees with an INS that is tried again nor contradicts it.
+TEST(SuccessiveFaults, TheInsIsReadmittedWhileGpsIsExcluded) {
+  const InsFault fault = gyro_bias({0.0, 0.0, 3.0});
+  Disturbance d;
+  d.fix_off = [](double t) { return t > 30.0 ? scattered(t) : Vec3(Vec3::Zero()); };
+  d.ins = [&fault](double t, ImuSample* imu) {
+    if (t > 50.0 && t < 55.0) fault.apply(imu);
+  };
+  const Seen seen = drive(120.0, d, 1, 30.0);
+  EXPECT_TRUE(excluded(seen.gps));
+  EXPECT_LT(first(seen, Finding::kInsFaulty), 55.0);
+  EXPECT_LT(first(seen, Finding::kInsReadmitted), 80.0);
+  EXPECT_EQ(seen.ins, Trusted::kFully);
+  EXPECT_EQ(seen.beyond_protection, 0);
+}
+
+// The wrong fixes say nothing about the INS: its sub-filters are renewed meanwhile.
+TEST(SuccessiveFaults, AnInsFaultIsFoundWhileGpsIsExcludedAndReceived) {
+  for (const bool received : {false, true}) {
+    Disturbance d;
+    d.fix_off = [](double t) { return t > 30.0 ? scattered(t) : Vec3(Vec3::Zero()); };
+    d.has_fix = [received](double t) { return received || t < 30.0; };
+    const InsFault fault = accel_bias({0.5, 0.0, 0.0});
+    d.ins = [&fault](double t, ImuSample* imu) {
+      if (t > 130.0) fault.apply(imu);
+    };
+    const Seen seen = drive(145.0, d, 1, 30.0);
+    const double found_s = first(seen, Finding::kInsFaulty);
+    std::printf("received %d: found at %.1f s, worst %.2f m\n", received, found_s, seen.worst_m);
+    EXPECT_LT(found_s, 136.0) << received;
+    EXPECT_EQ(seen.beyond_protection, 0) << received;
+  }
+}
+
+// Spoofed first and jammed before the test has decided.
+TEST(SuccessiveFaults, AWrongGpsThatFallsSilentLeavesNoErrorBeyondTheLevel) {
+  for (double silent_s = 31.0; silent_s <= 37.0; silent_s += 0.5) {
+    Disturbance d;
+    d.fix_off = [](double t) -> Vec3 { return {std::max(0.0, t - 30.0), 0.0, 0.0}; };
+    d.has_fix = [silent_s](double t) { return t < silent_s; };
+    const Seen seen = drive(80.0, d, 1, 30.0);
+    std::printf("silent from %.1f s: worst %.2f m, end %.2f m, outside %d\n", silent_s,
+                seen.worst_m, seen.end_m, seen.beyond_protection);
+    EXPECT_EQ(seen.beyond_protection, 0) << silent_s;
+  }
+}
+
+// A scan seldom observes the whole pose there: the map of a LADAR that is right again is taken as
+// SP has placed it.
+TEST(SuccessiveFaults, ALadarThatIsRightAgainIsReadmittedOnFlatGround) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 30.0; };
+  d.match_off = [](double t) {
+    return Vec3(t < 50.0 ? std::max(0.0, t - 35.0) * 0.4 : 6.0, 0.0, 0.0);
+  };
+  d.match = [](double t, RollingMatch* match) {
+    if (t < 45.0) return;
+    for (const int axis : {0, 1, 5}) {
+      match->information.row(axis).setZero();
+      match->information.col(axis).setZero();
+    }
+  };
+  const Seen seen = drive(110.0, d, 1, 30.0);
+  EXPECT_LT(first(seen, Finding::kLadarFaulty), 50.0);
+  EXPECT_LT(first(seen, Finding::kLadarReadmitted), 110.0);
+}
+
+}  // namespace
+}  // namespace rcs::wm
