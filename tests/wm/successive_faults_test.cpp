@@ -57,14 +57,16 @@ TEST(SuccessiveFaults, AnInsFaultIsFoundWhileGpsIsExcludedAndReceived) {
 
 // Spoofed first and jammed before the test has decided.
 TEST(SuccessiveFaults, AWrongGpsThatFallsSilentLeavesNoErrorBeyondTheLevel) {
-  for (double silent_s = 31.0; silent_s <= 37.0; silent_s += 0.5) {
-    Disturbance d;
-    d.fix_off = [](double t) -> Vec3 { return {std::max(0.0, t - 30.0), 0.0, 0.0}; };
-    d.has_fix = [silent_s](double t) { return t < silent_s; };
-    const Seen seen = drive(80.0, d, 1, 30.0);
-    std::printf("silent from %.1f s: worst %.2f m, end %.2f m, outside %d\n", silent_s,
-                seen.worst_m, seen.end_m, seen.beyond_protection);
-    EXPECT_EQ(seen.beyond_protection, 0) << silent_s;
+  for (const double drift_mps : {0.15, 0.3, 0.6, 1.0}) {
+    for (double after_s = 1.0; after_s <= 9.0; after_s += 1.0) {
+      Disturbance d;
+      d.fix_off = [&](double t) -> Vec3 { return {drift_mps * std::max(0.0, t - 30.0), 0.0, 0.0}; };
+      d.has_fix = [&](double t) { return t < 30.0 + after_s; };
+      const Seen seen = drive(80.0, d, 1, 30.0);
+      std::printf("%.2f m/s, silent after %.1f s: worst %.2f m, end %.2f m, outside %d\n",
+                  drift_mps, after_s, seen.worst_m, seen.end_m, seen.beyond_protection);
+      EXPECT_EQ(seen.beyond_protection, 0) << drift_mps << " " << after_s;
+    }
   }
 }
 

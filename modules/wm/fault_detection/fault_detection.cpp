@@ -139,7 +139,7 @@ bool Trust::tests_are_calm(Stamp branch, const FilterState& belief) const {
   // Of a GPS that is excluded for good the fixes contradict the filter, and say nothing about the
   // other sources.
   const bool decided =
-      belief.memory.withheld.gps && gps_suspect_ == Stamp::min() && !keeps_gps_.alive();
+      belief.memory.gps_accused && gps_suspect_ == Stamp::min() && !keeps_gps_.alive();
   const double gps = decided ? 0.0 : gps_test_ratio_;
   const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
   const bool uncertain = age > 2 * params_.branch;
@@ -365,8 +365,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
     bound_undetected(belief);
     bound_keeping_gps(belief);
   }
+  forget_silent(belief);
   std::optional<FilterState> change = judge(model, m, belief);
-  if (!change) change = judge_silence(belief, model.params.modes);
   step_monitors((change ? *change : belief).memory.withheld, belief.belief.x.stamp);
   return change;
 }
@@ -409,28 +409,19 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
   return change;
 }
 
-/// The ratio of a source that has fallen silent says nothing any more. If it contradicted the
-/// others until then, and they do not contradict each other, it was wrong: the filter continues
-/// without what it has fused of it.
-std::optional<FilterState> Trust::judge_silence(const FilterState& belief,
-                                                const ModeParams& modes) {
-  const Stamp now = belief.belief.x.stamp;
+/// The ratio of a source that has fallen silent says nothing any more.
+void Trust::forget_silent(const FilterState& belief) {
+  const Stamp fresh = belief.belief.x.stamp - kFresh;
   const Memory& m = belief.memory;
-  const bool tracks = m.of(Source::kRolling).accepted > now - kFresh;
-  if (!tracks && !m.withheld.ladar) {
+  if (!m.withheld.ladar && m.of(Source::kRolling).accepted < fresh) {
     ladar_test_ratio_ = 0.0;
     ladar_doubted_since_ = Stamp::min();
   }
-  if (gps_judged_ >= now - kFresh) return std::nullopt;
-  const bool contradicted = gps_contradicts_ != Stamp::max() || gps_suspect_ != Stamp::min();
-  const bool others_agree = tracks && uses_forces(belief) && ins_by_ladar_.ratio <= kCalm;
-  if (contradicted && without_gps_.alive() && others_agree) {
-    return exclude_gps(false, belief, modes);
+  if (!m.withheld.gps && gps_judged_ < fresh) {
+    gps_test_ratio_ = 0.0;
+    gps_contradicts_ = Stamp::max();
+    doubted_ = 0;
   }
-  if (!m.withheld.gps) gps_test_ratio_ = 0.0;
-  gps_contradicts_ = Stamp::max();
-  doubted_ = 0;
-  return std::nullopt;
 }
 
 void Trust::step_monitors(const Withheld& withheld, Stamp now) {

@@ -206,6 +206,7 @@ class Trust {
   [[nodiscard]] bool gyro_is_right(Stamp now) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
+  [[nodiscard]] bool is_left_by_gps(Stamp now) const;
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
@@ -264,7 +265,7 @@ class Trust {
   void bound_keeping_gps(const FilterState& belief);
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
-  std::optional<FilterState> judge_silence(const FilterState& belief, const ModeParams& modes);
+  void forget_silent(const FilterState& belief);
   void step_monitors(const Withheld& withheld, Stamp now);
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);

@@ -97,7 +97,21 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   if (!by_fixes && uses_wheels(without_ladar_.state) && ins_sides_with_ladar(belief)) {
     return exclude_odometry(belief, modes);
   }
+  if (!by_fixes && is_left_by_gps(now)) {
+    if (without_gps_.alive()) return exclude_gps(false, belief, modes);
+    without_ladar_ = without_ladar_young_ = {};
+    return std::nullopt;
+  }
   return exclude_ladar(belief, modes);
+}
+
+/// A GPS that was wrong before it fell silent has moved the filter without LADAR, which the others
+/// hold less, away from the motion by INS and by LADAR, which agree with each other and the wheels.
+bool Trust::is_left_by_gps(Stamp now) const {
+  const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
+  const bool compared = ins_by_ladar_.tested != Stamp::min() && now - ins_by_ladar_.tested < kFresh;
+  return fix >= without_ladar_.branch && compared && ins_by_ladar_.ratio <= kCalm &&
+         votes_.verdict() > -kMaxAgainst;
 }
 
 FilterState Trust::exclude_ladar(const FilterState& belief, const ModeParams& modes) {
