@@ -55,11 +55,12 @@ std::string drive_summary(const Simulator& simulator) {
   if (!simulator.commanded()) return "";
   const CommandedVehicle& vehicle = *simulator.commanded_vehicle();
   const DriveAccount& a = vehicle.model().account();
+  const std::int64_t rejected = simulator.rejected_commands();
   return fmt::format(
-      "drove {:.0f} m; drive commands: {} accepted, {} implausible, {} stale, {} expired; braked "
-      "{} "
-      "times without a valid command{}",
-      simulator.driven_m(), a.taken, a.implausible, a.stale, a.expired, a.silences,
+      "drove {:.0f} m; drive commands: {} accepted, {} implausible, {} stale, {} expired{}; braked "
+      "{} times without a valid command{}",
+      simulator.driven_m(), a.taken, a.implausible, a.stale, a.expired,
+      rejected > 0 ? fmt::format(", {} of a second publisher", rejected) : "", a.silences,
       vehicle.fenced() ? "; stopped at the border of the world" : "");
 }
 

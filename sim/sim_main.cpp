@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "lcmtypes/channels.h"
 #include "rcs/base/exit_status.h"
 #include "rcs/command_line/parse.h"
 #include "rcs/node/bus/lcm_bus.h"
@@ -71,9 +72,17 @@ int run(const Options& options) {
     silences.push_back({source, begin_s, length_s});
   }
   Progress progress(rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart));
+  bool rejected = false;
+  const auto at = [&](double share) {
+    if (!rejected && simulator.rejected_commands() > 0) {
+      rejected = true;
+      fmt::print(stderr, "sim: {}: commands of a second publisher rejected\n",
+                 rcs::channel::kBgDrive);
+    }
+    progress.at(share);
+  };
   const rcs::sim::RealTimeReport report =
-      rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, silences,
-                                     [&progress](double share) { progress.at(share); });
+      rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, silences, at);
   progress.end();
   fmt::print(stderr, "sim: {}; largest lateness of a message {:.1f} ms\n",
              report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));

@@ -131,15 +131,31 @@ void Simulator::take(SourceEvent* event) {
 
 void Simulator::listen(Bus* bus, Duration shift) {
   RCS_CHECK(commanded_);
-  commands_.emplace(bus, channel::kBgDrive, kCommandsWaiting);
+  commands_.emplace(bus, channel::kBgDrive, kCommandsWaiting, ChannelOwner::Rule::kOne);
   bus_shift_ = shift;
 }
 
 void Simulator::hear_commands() {
   if (!commands_) return;
   for (; !commands_->empty(); commands_->pop()) {
-    command(*commands_->front(), commands_->front_arrival() - bus_shift_, bus_shift_);
+    const drive_t& m = *commands_->front();
+    const Publisher from{m.run_id, m.publisher_id};
+    const bool releases = stopped_by_ && m.emergency_stop == 0;
+    if (releases && from.run_id != stopped_by_->run_id) {
+      ++releases_refused_;
+      continue;
+    }
+    if (m.emergency_stop != 0) {
+      stopped_by_ = from;
+    } else {
+      stopped_by_.reset();
+    }
+    command(m, commands_->front_arrival() - bus_shift_, bus_shift_);
   }
+}
+
+std::int64_t Simulator::rejected_commands() const {
+  return releases_refused_ + (commands_ ? commands_->account().rejected : 0);
 }
 
 void Simulator::command(const drive_t& message, Stamp arrival) {

@@ -38,10 +38,13 @@ class Simulator final : public EventSource {
   /// Whether drive commands move the vehicle. It stands until one is received and brakes when they
   /// end.
   [[nodiscard]] bool commanded() const { return commanded_.has_value(); }
-  /// Receives drive commands from a bus that outlives it; commanded() only.
+  /// Receives drive commands from a bus that outlives it; commanded() only. They have one publisher
+  /// (ChannelOwner), and an emergency stop is released by the run that has set it.
   /// @param shift  time of the bus minus that of the simulation: live, the two have different
   ///   origins
   void listen(Bus* bus, Duration shift);
+  /// Drive commands of the bus that were not those of the one publisher so far.
+  [[nodiscard]] std::int64_t rejected_commands() const;
   /// A drive command that arrives now; both in simulation time. commanded() only.
   void command(const drive_t& message, Stamp arrival);
   /// Null when not commanded().
@@ -108,6 +111,8 @@ class Simulator final : public EventSource {
   std::optional<Trajectory> scripted_;  // one of scripted_ and commanded_ is set
   std::optional<CommandedVehicle> commanded_;
   std::optional<Inbox<drive_t>> commands_;
+  std::optional<Publisher> stopped_by_;  // of the newest command, if it is an emergency stop
+  std::int64_t releases_refused_ = 0;    // because another run has stopped the vehicle
   Duration bus_shift_{};
   InertialSensor ins_;
   WheelOdometer odometer_;

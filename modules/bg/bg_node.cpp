@@ -73,6 +73,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
       route_(config.north_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
+  if (bus->owners_required()) drives_.emplace(bus, channel::kBgDrive, 4);
   path_.reserve(4096);
   candidate_.reserve(4096);
   way_back_.reserve(kMaxWaypoints);
@@ -82,6 +83,7 @@ std::vector<const InboxBase*> BgNode::inboxes() const {
   std::vector<const InboxBase*> all = {&subordinate_.inbox(), &nav_states_, &integrities_,
                                        &map_patches_, &supervisor_};
   if (zones_.inbox() != nullptr) all.push_back(zones_.inbox());
+  if (drives_) all.push_back(&*drives_);
   return all;
 }
 
@@ -93,6 +95,7 @@ Duration BgNode::nominal_compute() const {
 void BgNode::run(const Cycle& cycle) {
   if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = cycle.now;
   if (!supervisor_.empty()) supervisor_.pop();
+  while (drives_ && !drives_->empty()) drives_->pop();
   // The superior of a release learns its result before another command is in force.
   subordinate_.take(cycle.now, emergency_stop_.releasing());
   emergency_stop_.engage(subordinate_.stops(), cycle.now, &report_);
@@ -291,6 +294,7 @@ Facts BgNode::facts(Stamp now) const {
         static_cast<const InboxBase*>(&map_patches_)}) {
     f.second_publisher = f.second_publisher || inbox->contested(now, kContested);
   }
+  f.second_publisher = f.second_publisher || (drives_ && drives_->contested(now, kContested));
   if (integrity_.arrival != Stamp::min()) f.integrity_age = now - integrity_.arrival;
   f.ins_age = nav_.ins_age;
   f.aligned = nav_.aligned;

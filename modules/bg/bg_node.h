@@ -83,6 +83,7 @@ class BgNode final : public Node {
   Inbox<integrity_t> integrities_;
   Inbox<map_patch_t> map_patches_;
   Inbox<process_t> supervisor_;
+  std::optional<Inbox<drive_t>> drives_;  // live: what anyone commands the vehicle
   Stamp supervisor_heard_ = Stamp::min();
   Outbox<drive_t> drive_out_;
   Outbox<plan_t> plan_out_;

@@ -20,6 +20,10 @@ class EmergencyStop {
   EmergencyStop(StopLatch latch, std::vector<std::string> authorities)
       : latch_(std::move(latch)), authorities_(std::move(authorities)) {}
 
+  EmergencyStop(const EmergencyStop&) = delete;
+  EmergencyStop& operator=(const EmergencyStop&) = delete;
+  ~EmergencyStop() { latch_.finish(); }
+
   [[nodiscard]] bool engaged() const { return latch_.engaged(); }
   /// A release was accepted, and the file of the latch is being removed.
   [[nodiscard]] bool releasing() const { return latch_.releasing(); }

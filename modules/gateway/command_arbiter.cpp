@@ -92,6 +92,31 @@ Refusal CommandArbiter::take(const StopOrder& order, Stamp now) {
   return Refusal::kNone;
 }
 
+void CommandArbiter::adopt_stop(std::string_view operator_id, Stamp now) {
+  Operator* const from = is_name(operator_id) ? find(operator_id, now) : nullptr;
+  (from == nullptr ? unnamed_engaged_ : from->engaged) = true;
+  if (phase_ != Phase::kStopped) {
+    enter(Phase::kStopped, from == nullptr ? std::string_view() : operator_id, 0);
+  }
+}
+
+void CommandArbiter::end_stop(std::string_view operator_id) {
+  if (operator_id.empty()) unnamed_engaged_ = false;
+  for (Operator& o : operators_) {
+    if (!operator_id.empty() && o.id == operator_id) o.engaged = false;
+  }
+  if (phase_ == Phase::kStopped && !any_engaged()) enter(Phase::kIdle, "", 0);
+}
+
+std::vector<std::string_view> CommandArbiter::engaged() const {
+  std::vector<std::string_view> names;
+  if (unnamed_engaged_) names.emplace_back();
+  for (const Operator& o : operators_) {
+    if (o.engaged) names.emplace_back(o.id);
+  }
+  return names;
+}
+
 std::optional<Action> CommandArbiter::decide(Stamp now, Progress progress) {
   // Before the progress: a vehicle that stops because its operator is silent has not failed.
   if (phase_ == Phase::kGoto && now >= standing_heard_ + standing_.valid_for) {

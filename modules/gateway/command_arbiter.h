@@ -57,6 +57,13 @@ class CommandArbiter {
   /// own operator.
   Refusal take(const StopOrder& order, Stamp now);
 
+  /// A stop that a former process of the gateway has set is in force.
+  void adopt_stop(std::string_view operator_id, Stamp now);
+  /// It has been released without this operator.
+  void end_stop(std::string_view operator_id);
+  /// Operators whose stops are in force; an empty name: unknown ones.
+  [[nodiscard]] std::vector<std::string_view> engaged() const;
+
   /// The action for BG, if one is due; once a cycle, after the commands of this cycle.
   /// @param progress  of the newest action
   std::optional<Action> decide(Stamp now, Progress progress);

@@ -157,7 +157,7 @@ std::string partition_of_writer(dds_entity_t reader, dds_instance_handle_t write
 
 Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
                                                const std::string& vehicle) {
-  std::unique_ptr<DdsLink> link(new DdsLink());
+  std::unique_ptr<DdsLink> link(new DdsLink(vehicle));
   const auto domain = static_cast<dds_domainid_t>(params.network.domain);
   link->domain_ = dds::Entity(dds_create_domain(
       domain, dds::domain_xml(params.network, kMaxProcesses, kMaxSampleBytes).c_str()));
@@ -181,8 +181,8 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
   const dds_entity_t command = topic(rcs_WaypointCommand_desc, "WaypointCommand");
   const dds_entity_t stop = topic(rcs_EmergencyStop_desc, "EmergencyStop");
   dds_topic_filter filter{};
-  filter.mode = DDS_TOPIC_FILTER_SAMPLE_ARG;
-  filter.f.sample_arg = &DdsLink::admits;
+  filter.mode = DDS_TOPIC_FILTER_SAMPLE_SAMPLEINFO_ARG;
+  filter.f.sample_sampleinfo_arg = &DdsLink::admits;
   filter.arg = link.get();
   if (stop >= 0) {
     const dds_return_t set = dds_set_topic_filter_extended(stop, &filter);
@@ -218,11 +218,12 @@ bool DdsLink::write(const rcs_NodeStatus& sample) {
 }
 
 /// Called by the receiving thread of DDS for each sample, before it is stored.
-bool DdsLink::admits(const void* sample, void* link) {
+bool DdsLink::admits(const void* sample, const dds_sample_info_t* info, void* link) {
   auto* const self = static_cast<DdsLink*>(link);
   const auto& stop = *static_cast<const rcs_EmergencyStop*>(sample);
   const std::lock_guard lock(self->mutex_);
-  return self->admission_.judge(stop.operator_id, stop.engage) == StopAdmission::Verdict::kStored;
+  return self->admission_.judge({stop.vehicle, stop.operator_id, info->publication_handle,
+                                 stop.engage}) == StopAdmission::Verdict::kStored;
 }
 
 void DdsLink::update_writers() {
@@ -236,14 +237,13 @@ void DdsLink::update_writers() {
   std::array<dds_instance_handle_t, kMost> writers{};
   const dds_return_t n =
       dds_get_matched_publications(stop_reader_.get(), writers.data(), writers.size());
-  std::vector<std::string> operators;
+  std::vector<StopAdmission::Writer> known;
   for (std::size_t k = 0; n > 0 && k < std::min<std::size_t>(static_cast<std::size_t>(n), kMost);
        ++k) {
-    std::string name = partition_of_writer(stop_reader_.get(), writers[k]);
-    if (!name.empty()) operators.push_back(std::move(name));
+    known.push_back({writers[k], partition_of_writer(stop_reader_.get(), writers[k])});
   }
   const std::lock_guard lock(mutex_);
-  admission_.set_writers(std::move(operators));
+  admission_.set_writers(known);
 }
 
 DdsLink::Stops DdsLink::take_stops() {
@@ -260,8 +260,16 @@ std::string DdsLink::partition_of(const Commands& samples, std::size_t i) const 
   return partition_of_writer(command_reader_.get(), samples.writer(i));
 }
 
-std::string DdsLink::partition_of(const Stops& samples, std::size_t i) const {
-  return partition_of_writer(stop_reader_.get(), samples.writer(i));
+bool DdsLink::take_refused_release() {
+  const std::lock_guard lock(mutex_);
+  return admission_.take_refused_release();
+}
+
+// The writer may have ended since.
+std::string DdsLink::partition_of(const Stops& samples, std::size_t i) {
+  const std::lock_guard lock(mutex_);
+  const std::string* const known = admission_.operator_of(samples.writer(i));
+  return known != nullptr ? *known : partition_of_writer(stop_reader_.get(), samples.writer(i));
 }
 
 }  // namespace rcs::gateway

@@ -37,17 +37,19 @@ class DdsLink {
   [[nodiscard]] Stops take_stops();
   /// Of an operator that was not stored (StopAdmission), since the last call.
   [[nodiscard]] bool take_unnamed_stop();
+  /// A release in the name of another operator was not stored, since the last call.
+  [[nodiscard]] bool take_refused_release();
 
   /// The only partition of the writer of a sample, i.e. the operator that its permissions name;
-  /// empty: none, several, a pattern, or the writer is gone.
+  /// empty: none, several, a pattern, or the writer is gone and had not been discovered.
   [[nodiscard]] std::string partition_of(const Commands& samples, std::size_t i) const;
-  [[nodiscard]] std::string partition_of(const Stops& samples, std::size_t i) const;
+  [[nodiscard]] std::string partition_of(const Stops& samples, std::size_t i);
 
   [[nodiscard]] std::int64_t write_failures() const { return write_failures_; }
 
  private:
-  DdsLink() = default;
-  static bool admits(const void* sample, void* link);
+  explicit DdsLink(const std::string& vehicle) : admission_(vehicle) {}
+  static bool admits(const void* sample, const dds_sample_info_t* info, void* link);
   void update_writers();
 
   std::mutex mutex_;  // of admission_, which a thread of DDS calls; outlives the entities below

@@ -10,6 +10,7 @@
 #include "lcmtypes/events.h"
 #include "modules/gateway/sample_conversion.h"
 #include "rcs/node/budget.h"
+#include "rcs/node/stop_latch.h"
 
 namespace rcs::gateway {
 namespace {
@@ -167,12 +168,15 @@ void GatewayNode::take_stops(Stamp now) {
     const rcs_EmergencyStop* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
     const StopOrder order = from_sample(*sample, dds_->partition_of(samples, i));
-    const bool stopped = arbiter_.phase() == CommandArbiter::Phase::kStopped;
     refuse(arbiter_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
-    engaged_again_ = engaged_again_ || (stopped && order.engage);
+    if (order.engage) stops_.press(order.operator_id, now);
+  }
+  if (dds_->take_refused_release()) {
+    refuse(Refusal::kOperator, "EmergencyStop", "", 0, now);
   }
   if (!dds_->take_unnamed_stop()) return;
   refuse(arbiter_.take(StopOrder{}, now), "EmergencyStop", "", 0, now);
+  stops_.press("", now);
 }
 
 void GatewayNode::take_commands(Stamp now) {
@@ -196,11 +200,24 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
                   last_refusal_, refused_);
 }
 
+/// The stops of a former process of the gateway are those of its operators.
+void GatewayNode::adopt_stops(Stamp now) {
+  if (adopted_ || port_.status() == nullptr) return;
+  adopted_ = true;
+  for (const stop_t& stop : port_.status()->stop) {
+    if (!StopLatch::is_of(stop, kSelf)) continue;
+    const std::string_view issuer = stop.issuer;
+    const std::string_view name = issuer.substr(std::min(issuer.size(), sizeof kSelf));
+    arbiter_.adopt_stop(name, now);
+    stops_.adopt(name);
+  }
+}
+
 void GatewayNode::tell_vehicle(Stamp now) {
   using Phase = CommandArbiter::Phase;
   port_.step(now);
   if (mission_) mission_->step(now);
-  stop_listed_ = stop_listed_ || port_.lists_mine();
+  adopt_stops(now);
   const bool of_mission = mission_ && arbiter_.phase() == Phase::kGoto;
   const CommandProgress current = of_mission ? mission_->progress(now) : port_.progress(now);
   Progress progress = Progress::kUnderway;
@@ -215,21 +232,25 @@ void GatewayNode::tell_vehicle(Stamp now) {
     progress = Progress::kDone;
   }
   const std::optional<Action> action = arbiter_.decide(now, progress);
-  const bool stopped = arbiter_.phase() == Phase::kStopped;
-  // Repetitions of a stop that an authority has released are ignored by BG: an operator who stops
-  // again needs another stop.
-  const bool again = engaged_again_ && stop_listed_ && !port_.lists_mine();
-  const bool new_stop = stopped && (!was_stopped_ || again);
-  was_stopped_ = stopped;
-  engaged_again_ = false;
-  if (new_stop) {
-    ++stop_;
-    stop_listed_ = false;
+  const bool refresh = action && action->kind == Action::Kind::kEmergencyStop;
+  const auto is_listed = [this](const OperatorStops::Stop& s) {
+    if (s.number != 0) return port_.lists(s.number);
+    const std::string issuer =
+        s.operator_id.empty() ? kSelf : std::string(kSelf) + StopLatch::kOnBehalf + s.operator_id;
+    return !port_.listed_stops(issuer).empty();
+  };
+  const std::optional<OperatorStops::Stop> stop =
+      stops_.update(arbiter_.engaged(), now, is_listed, refresh);
+  for (const std::string& name : stops_.take_ended()) arbiter_.end_stop(name);
+  if (stop && arbiter_.phase() == Phase::kStopped) {
+    Command command =
+        to_command({Action::Kind::kEmergencyStop, config_.arbiter.valid_for, nullptr});
+    command.stop = stop->number;
+    command.on_behalf = stop->operator_id;
+    return send(command, now);
   }
-  if (!action && !new_stop) return;
-  const Action stop{Action::Kind::kEmergencyStop, config_.arbiter.valid_for, nullptr};
-  Command command = to_command(action ? *action : stop);
-  command.stop = stop_;
+  if (!action || refresh) return;
+  Command command = to_command(*action);
   if (command.kind == command_t::KIND_RELEASE) command.released = port_.listed_stops(kSelf);
   send(command, now);
 }

@@ -14,6 +14,7 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "modules/gateway/dds_link.h"
 #include "modules/gateway/gateway_config.h"
+#include "modules/gateway/operator_stops.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/report.h"
@@ -47,6 +48,7 @@ class GatewayNode final : public Node {
   void refuse(Refusal refusal, std::string_view topic, std::string_view operator_id,
               std::int64_t command_id, Stamp now);
   void tell_vehicle(Stamp now);
+  void adopt_stops(Stamp now);
   /// Sends a command to BG, or to the mission if it is a task.
   void send(const Command& command, Stamp now);
   void report_phase(Stamp now);
@@ -72,11 +74,9 @@ class GatewayNode final : public Node {
   std::string failure_;        // reason reported by BG
   std::int64_t bg_heard_ = 0;  // messages of BG so far
   std::int64_t mission_heard_ = 0;
-  bool started_ = false;        // the start has been reported
-  std::int64_t stop_ = 0;       // number of the stop that was sent last
-  bool was_stopped_ = false;    // in the last cycle
-  bool engaged_again_ = false;  // an operator has stopped a vehicle that is stopped
-  bool stop_listed_ = false;    // BG has listed the stop that was sent last
+  bool started_ = false;  // the start has been reported
+  OperatorStops stops_;
+  bool adopted_ = false;  // the stops of former processes of the gateway
   CommandArbiter::Phase reported_phase_ = CommandArbiter::Phase::kIdle;
   std::int64_t reported_id_ = 0;
   std::int64_t reported_failures_ = 0;

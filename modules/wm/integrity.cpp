@@ -117,7 +117,8 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   if (excluded(ladar) || refused || trust.ladar_test_ratio() > 1.0) {
     out.alerts |= kAlertLadar;
   }
-  if (excluded(trust.ins(state)) || trust.ins_test_ratio() > 1.0) {
+  if (excluded(trust.ins(state)) || trust.ins_test_ratio() > 1.0 ||
+      trust.ins_is_untested(state.belief.x.stamp)) {
     out.alerts |= kAlertIns;
   }
   if (trust.odometry_excluded(state)) out.alerts |= kAlertOdometry;

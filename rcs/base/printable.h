@@ -11,4 +11,7 @@ namespace rcs {
 /// control characters (U+0080 to U+009F).
 [[nodiscard]] std::string printable(std::string_view text);
 
+/// The same in one line: line breaks and tabs are escaped, too.
+[[nodiscard]] std::string printable_line(std::string_view text);
+
 }  // namespace rcs

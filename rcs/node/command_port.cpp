@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rcs/node/stop_latch.h"
+
 namespace rcs {
 namespace {
 
@@ -28,7 +30,7 @@ CommandPort::CommandPort(Bus* bus, std::string_view command_channel, std::string
       commands_(bus, command_channel),
       stops_(bus, stop_channel),
       statuses_(bus, status_channel, 8) {
-  command_.issuer = issuer;
+  issuer_ = command_.issuer = issuer;
   command_.boot_id = bus->publisher().boot_id;
 }
 
@@ -39,7 +41,19 @@ std::int64_t CommandPort::new_stop_id() const {
   return std::max<std::int64_t>(id_of(command_.issuer, command_.serial), 1);
 }
 
+std::int64_t CommandPort::stop_id(std::int64_t number) {
+  const auto known = std::find_if(numbered_.begin(), numbered_.end(),
+                                  [number](const NumberedStop& s) { return s.number == number; });
+  if (number != 0 && known != numbered_.end()) return known->id;
+  const std::int64_t id = new_stop_id();
+  if (number == 0) return id;
+  if (numbered_.size() == kStops) numbered_.pop_front();
+  numbered_.push_back({number, id});
+  return id;
+}
+
 std::int64_t CommandPort::send(const Command& command, Stamp now) {
+  command_.issuer = issuer_;
   command_.utime = to_utime(now);
   command_.serial = std::max(command_.serial + 1, to_utime(now));
   if (command.task == 0 || command.task != command_.task ||
@@ -57,8 +71,8 @@ std::int64_t CommandPort::send(const Command& command, Stamp now) {
   command_.n = static_cast<std::int32_t>(command.waypoints.size());
   command_.stop_id = command.released;
   if (is_stop(command_)) {
-    if (stop_id_ == 0 || command.stop == 0 || command.stop != stop_) stop_id_ = new_stop_id();
-    stop_ = command.stop;
+    if (!command.on_behalf.empty()) command_.issuer += StopLatch::kOnBehalf + command.on_behalf;
+    stop_id_ = stop_id(command.stop);
     command_.stop_id = {stop_id_};
   }
   command_.n_stops = static_cast<std::int32_t>(command_.stop_id.size());
@@ -83,7 +97,7 @@ void CommandPort::step(Stamp now) {
     received_at_ = now;
     // A stop in force that would not survive a restart is sent again, to reach the successor, too.
     if (sends_ > 0 && is_stop(command_)) {
-      echoed_ = echoed_ || (m.emergency_stop == status_t::STOP_PERSISTED && lists_mine());
+      echoed_ = echoed_ || (m.emergency_stop == status_t::STOP_PERSISTED && lists_id(stop_id_));
     }
     if (!echoes_mine()) continue;
     echoed_ = echoed_ || !is_stop(command_);
@@ -103,15 +117,20 @@ bool CommandPort::echoes_mine() const {
   return sends_ > 0 && status_.echo_serial == command_.serial && status_.issuer == command_.issuer;
 }
 
-bool CommandPort::lists_mine() const {
-  const std::vector<std::int64_t> mine = listed_stops(command_.issuer);
-  return stop_id_ != 0 && std::find(mine.begin(), mine.end(), stop_id_) != mine.end();
+bool CommandPort::lists(std::int64_t stop) const {
+  return std::any_of(numbered_.begin(), numbered_.end(),
+                     [&](const NumberedStop& s) { return s.number == stop && lists_id(s.id); });
+}
+
+bool CommandPort::lists_id(std::int64_t id) const {
+  const std::vector<std::int64_t> mine = listed_stops(issuer_);
+  return id != 0 && std::find(mine.begin(), mine.end(), id) != mine.end();
 }
 
 std::vector<std::int64_t> CommandPort::listed_stops(std::string_view issuer) const {
   std::vector<std::int64_t> ids;
   for (const stop_t& s : status_.stop) {
-    if (issuer.empty() || s.issuer == issuer) ids.push_back(s.id);
+    if (issuer.empty() || StopLatch::is_of(s, issuer)) ids.push_back(s.id);
   }
   return ids;
 }

@@ -8,7 +8,9 @@
 // commands of another start of the computer are rejected.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,9 +39,11 @@ struct Command {
   /// subordinate's configured limits apply.
   double alert_limit_horizontal_m = 0.0;
   double alert_limit_vertical_m = 0.0;
-  /// Of an emergency stop: a command with the number of the one before repeats that stop, also
-  /// after it has been released. 0: another stop.
+  /// Of an emergency stop: commands with the same number repeat one stop, also after it has been
+  /// released. 0: another stop.
   std::int64_t stop = 0;
+  /// Of an emergency stop: for whom the port sets it. The issuer of the stop is "port:on_behalf".
+  std::string on_behalf;
   /// Of a release: ids of the stops that it ends, see CommandPort::listed_stops().
   std::vector<std::int64_t> released;
   Duration valid_for = from_seconds(2.5);  ///< the subordinate stops after this time
@@ -82,16 +86,24 @@ class CommandPort {
   [[nodiscard]] bool confirmed() const { return echoed_; }
   /// The newest status, for the command of any superior; null before the first.
   [[nodiscard]] const status_t* status() const { return received_ ? &status_ : nullptr; }
-  /// Ids of the emergency stops in force that `issuer` has set, by the newest status; empty name:
-  /// all of them.
+  /// Ids of the emergency stops in force that `issuer` has set, also on behalf of others, by the
+  /// newest status; empty name: all of them.
   [[nodiscard]] std::vector<std::int64_t> listed_stops(std::string_view issuer) const;
-  /// The newest status lists the emergency stop that this port has sent last.
-  [[nodiscard]] bool lists_mine() const;
+  /// The newest status lists the emergency stop of this Command::stop, which is not 0.
+  [[nodiscard]] bool lists(std::int64_t stop) const;
   [[nodiscard]] const InboxBase& inbox() const { return statuses_; }
 
  private:
+  /// Further numbers of stops displace the oldest one, which is then another stop.
+  static constexpr std::size_t kStops = 64;
+  struct NumberedStop {
+    std::int64_t number = 0;
+    std::int64_t id = 0;
+  };
   [[nodiscard]] bool echoes_mine() const;
+  [[nodiscard]] bool lists_id(std::int64_t id) const;
   [[nodiscard]] std::int64_t new_stop_id() const;
+  [[nodiscard]] std::int64_t stop_id(std::int64_t number);
 
   CommandPortParams params_;
   Outbox<command_t> commands_;
@@ -104,10 +116,11 @@ class CommandPort {
   Stamp first_sent_ = Stamp::min();
   Stamp last_sent_ = Stamp::min();
   int sends_ = 0;
-  bool echoed_ = false;       // the newest command has been echoed once; a stop: persisted
-  bool done_ = false;         // and its DONE was received
-  std::int64_t stop_ = 0;     // Command::stop of the last stop
-  std::int64_t stop_id_ = 0;  // its id; 0: none yet
+  bool echoed_ = false;  // the newest command has been echoed once; a stop: persisted
+  bool done_ = false;    // and its DONE was received
+  std::string issuer_;
+  std::deque<NumberedStop> numbered_;
+  std::int64_t stop_id_ = 0;  // of the last stop; 0: none yet
 };
 
 struct SubordinateParams {

@@ -5,6 +5,7 @@
 #include <exception>
 #include <iterator>
 
+#include "rcs/base/printable.h"
 #include "rcs/node/time_text.h"
 #include "rcs/node/timeline/live_timeline.h"
 
@@ -21,12 +22,6 @@ namespace {
 std::int8_t to_message(event::Severity severity) {
   if (severity == event::Severity::kError) return event_t::SEVERITY_ERROR;
   return severity == event::Severity::kWarning ? event_t::SEVERITY_WARNING : event_t::SEVERITY_INFO;
-}
-
-std::string printable(std::string text) {
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; };
-  std::replace_if(text.begin(), text.end(), is_control, '?');
-  return text;
 }
 
 }  // namespace
@@ -77,7 +72,7 @@ void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) no
                                                                           : "info";
     const std::int64_t now = wall_utime();
     // Texts of the bus may contain control characters of terminals.
-    lines_.print(printable(fmt::format(
+    lines_.print(printable_line(fmt::format(
         "{} {} UTC, {:.1f} s {}: {}: {}{}", event_.node, time_of_day(now),
         seconds(Duration(now - start_utime_)), severity, event_.code, event_.text,
         event_.repeated > 0 ? fmt::format(" (and {} times before)", event_.repeated) : "")));

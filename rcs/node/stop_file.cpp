@@ -54,11 +54,12 @@ Outcome sync_folder(const std::string& folder) {
   return Done{};
 }
 
+/// Does not wait for the disk: nothing that fails after the removal could put the file back, so the
+/// release would have failed for the caller and not for its successor. A power failure within
+/// seconds may bring the file back, which is the safe side.
 Outcome remove_file(const std::string& path) {
-  const std::string folder = folder_of(path);
-  if (std::remove(path.c_str()) != 0 && errno != ENOENT) return failure("remove", path, errno);
-  if (Outcome made = make_folder(folder); !made) return made;
-  return sync_folder(folder);
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return failure("remove", path, errno);
+  return Done{};
 }
 
 Outcome write_file(const std::string& path, const std::string& text) {

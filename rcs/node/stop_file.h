@@ -26,8 +26,8 @@ struct StopJob {
   std::string text;              ///< stop_file_text(); empty: the file is to be removed
   bool only_if_missing = false;  ///< an existing file is left as it is
 };
-/// Waits until the result is on the disk. Creates the folder if needed. Errors name the file and
-/// the cause.
+/// Creates the folder if needed, and waits until a text is on the disk; a removal takes effect
+/// without waiting. Errors name the file and the cause.
 Outcome execute(const StopJob& job);
 
 /// Creates the folder of `path` if needed, and checks that files can be created in it.

@@ -64,6 +64,12 @@ Result<StopLatch> StopLatch::open(const std::string& path) {
   return latch;
 }
 
+bool StopLatch::is_of(const stop_t& stop, std::string_view superior) {
+  const std::string_view issuer = stop.issuer;
+  if (issuer.substr(0, superior.size()) != superior) return false;
+  return issuer.size() == superior.size() || issuer[superior.size()] == kOnBehalf;
+}
+
 bool StopLatch::persisted() const {
   return !engaged() || path_.empty() || (on_disk_known_ && on_disk_ == text_);
 }
@@ -85,13 +91,12 @@ void StopLatch::engage(const stop_t& stop) {
   const auto with_id = [this](std::int64_t id) {
     return std::any_of(stops_.begin(), stops_.end(), [id](const stop_t& s) { return s.id == id; });
   };
-  const bool full = stops_.size() >= kMaxStops;
-  if (with_id(stop.id) || (full && with_id(0))) {
-    check_ = true;
-    return;
-  }
+  check_ = true;
+  if (stop.id != 0 && with_id(stop.id)) return;
   // Whoever released the others did not know of this one.
   releasing_ = false;
+  const bool full = stops_.size() >= kMaxStops;
+  if ((stop.id == 0 || full) && with_id(0)) return;
   const bool has_name = stop.id != 0 && !full;
   stops_.push_back(has_name ? stop_t{stop.id, printable(stop.issuer)} : stop_t{});
   note_change();
@@ -101,7 +106,7 @@ StopLatch::Release StopLatch::release(const std::vector<std::int64_t>& ids, std:
                                       bool authority, Stamp until) {
   const std::string name = printable(std::string(by));
   const auto ends = [&](const stop_t& s) {
-    const bool permitted = authority || (s.id != 0 && s.issuer == name);
+    const bool permitted = authority || (s.id != 0 && is_of(s, name));
     return permitted && std::find(ids.begin(), ids.end(), s.id) != ids.end();
   };
   const auto ended = static_cast<std::size_t>(std::count_if(stops_.begin(), stops_.end(), ends));
@@ -126,6 +131,13 @@ StopLatch::Release StopLatch::release(const std::vector<std::int64_t>& ids, std:
 void StopLatch::note_change() {
   text_ = stops_.empty() || path_.empty() ? "" : stop_file_text(stops_);
   next_try_ = Stamp::min();
+}
+
+void StopLatch::finish() {
+  if (!writer_ || path_.empty()) return;
+  writer_.reset();  // executes the job that was begun
+  if (!engaged() || releasing_ || (!writing_ && persisted())) return;
+  (void)execute({path_, text_, writing_ && writing_text_ == text_});
 }
 
 StopLatch::Step StopLatch::step(Stamp now) {

@@ -20,6 +20,10 @@ namespace rcs {
 
 class StopLatch {
  public:
+  /// A superior that stops on behalf of others is the issuer "superior:other".
+  static constexpr char kOnBehalf = ':';
+  /// The superior has set it, for itself or on behalf of others.
+  [[nodiscard]] static bool is_of(const stop_t& stop, std::string_view superior);
   /// Further stops are one stop without a name.
   static constexpr std::size_t kMaxStops = 16;
   static constexpr Duration kTryAgain = from_seconds(1.0);  ///< after a failed attempt to write
@@ -72,6 +76,9 @@ class StopLatch {
   };
   /// Once a cycle: begins to write what has changed, and reports what has ended.
   Step step(Stamp now);
+  /// At the end of the process, instead of further steps: waits for the disk, so that no stop in
+  /// force is missing there.
+  void finish();
 
   /// Ids of the stops that were released since the last call.
   [[nodiscard]] std::vector<std::int64_t> take_released();

@@ -26,6 +26,7 @@ void StopWriterThread::start(StopJob job) {
   RCS_CHECK(!begun_);
   begun_ = true;
   job_ = std::move(job);
+  waits_ = true;
   sem_post(&waiting_);  // makes the job visible to the thread: posting is a release
 }
 
@@ -39,9 +40,11 @@ std::optional<Outcome> StopWriterThread::finished() {
 void StopWriterThread::work() {
   for (;;) {
     while (sem_wait(&waiting_) != 0) RCS_CHECK(errno == EINTR);
+    if (waits_.exchange(false)) {
+      result_ = io_(job_);
+      done_.store(true, std::memory_order_release);
+    }
     if (stop_) return;
-    result_ = io_(job_);
-    done_.store(true, std::memory_order_release);
   }
 }
 

@@ -45,7 +45,7 @@ class StopWriterInCall final : public StopWriter {
 class StopWriterThread final : public StopWriter {
  public:
   explicit StopWriterThread(Io io = execute);
-  ~StopWriterThread() override;  ///< waits for the job in progress
+  ~StopWriterThread() override;  ///< a job that was begun is executed first
   void start(StopJob job) override;
   [[nodiscard]] std::optional<Outcome> finished() override;
 
@@ -56,6 +56,7 @@ class StopWriterThread final : public StopWriter {
   bool begun_ = false;  // the caller's
   StopJob job_;         // the thread's from start() until done_
   Outcome result_ = Done{};
+  std::atomic<bool> waits_{false};  // a job that the thread has not begun
   std::atomic<bool> done_{false};
   std::atomic<bool> stop_{false};
   sem_t waiting_{};  // a job has been begun, or the thread is to end

@@ -36,6 +36,10 @@ TEST(Text, ASimilarWordIsSuggestedAndADifferentOneIsNot) {
 TEST(Text, ControlCharactersAreEscapedAndUtf8IsKept) {
   EXPECT_EQ(printable("a\tb\n"), "a\tb\n");
   EXPECT_EQ(printable("\x1b[31mred\r\x7f"), "\\u001b[31mred\\u000d\\u007f");
+  EXPECT_EQ(printable_line("a\tb\n"), "a\\u0009b\\u000a");
+  EXPECT_EQ(printable_line("\xc2\x9b"
+                           "2J"),
+            "\\u009b2J");
   EXPECT_EQ(printable(std::string("\0", 1)), "\\u0000");
   EXPECT_EQ(printable("\xc2\x9b"
                       "2J"),

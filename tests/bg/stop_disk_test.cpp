@@ -157,6 +157,17 @@ TEST_F(BgStopDisk, AReleaseThatWasNotWrittenInTimeHasFailedForGood) {
   EXPECT_TRUE(fs::exists(file_));
 }
 
+// BG ends in an orderly way in the cycle in which the stop has arrived.
+TEST_F(BgStopDisk, AStopIsPersistedBeforeTheProcessEnds) {
+  disk_.hang(true);
+  life_->send(kStop);
+  life_->cycle();
+  ASSERT_FALSE(fs::exists(file_));
+  disk_.hang(false);
+  life_.reset();
+  EXPECT_TRUE(StopLatch::open(file_)->engaged());
+}
+
 TEST_F(BgStopDisk, AStopDuringAReleaseIsPersisted) {
   life_->send(kStop);
   life_->cycle();

@@ -96,6 +96,27 @@ TEST(KeyFolder, IdentitiesAreRenewedAndRevoked) {
   EXPECT_FALSE(keys->revoke("nobody").ok());
 }
 
+TEST(KeyFolder, ARevocationAlsoConcernsTheFormerCertificatesOfAnIdentity) {
+  const fs::path folder = test::fresh_folder();
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok());
+  ASSERT_TRUE(keys->add("alice", cli::KeyRole::kOperator).ok());
+  ASSERT_TRUE(keys->add("alice-2", cli::KeyRole::kOperator).ok());
+  ASSERT_TRUE(keys->renew("alice", 100).ok());
+  ASSERT_TRUE(keys->renew("alice", 200).ok());
+  const auto revoked = [&] {
+    const std::string index = *tools::read_text((folder / "ca/index.txt").string());
+    return std::count(index.begin(), index.end(), '\n');
+  };
+  Outcome done = keys->revoke("alice");
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(revoked(), 3);
+  done = keys->revoke("alice");
+  EXPECT_TRUE(done.ok()) << "again: " << done.error().message;
+  EXPECT_EQ(revoked(), 3);
+  EXPECT_FALSE(keys->identities()->at(1).revoked) << "of another with a longer name";
+}
+
 TEST(KeyFolder, AnInvalidNameOrAForeignFolderIsRejected) {
   const fs::path folder = test::fresh_folder();
   const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());

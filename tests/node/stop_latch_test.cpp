@@ -94,6 +94,30 @@ TEST(StopLatch, AStopThatArrivesBeforeTheReleaseHasTakenEffectEndsIt) {
   EXPECT_EQ(latch.stops().size(), 2U);
 }
 
+TEST(StopLatch, AStopOfManyEndsAReleaseLikeAnyOther) {
+  StopLatch latch;
+  std::vector<std::int64_t> all;
+  for (int k = 1; k <= 100; ++k) latch.engage(stop(k));
+  for (const stop_t& s : latch.stops()) all.push_back(s.id);
+  ASSERT_EQ(latch.release(all, "operator", true, Stamp::max()), Release::kAll);
+  latch.engage(stop(1));
+  EXPECT_TRUE(latch.releasing()) << "a copy";
+  latch.engage(stop(200));
+  EXPECT_FALSE(latch.releasing()) << "it is one of those without a name";
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kNone);
+  EXPECT_EQ(latch.stops().size(), all.size());
+}
+
+TEST(StopLatch, ASuperiorReleasesTheStopsThatItHasSetOnBehalfOfOthers) {
+  StopLatch latch;
+  latch.engage(stop(1, "gateway:alice"));
+  latch.engage(stop(2, "gateway2"));
+  EXPECT_EQ(latch.release({1, 2}, "gateway:bob", false, Stamp::max()), Release::kNone);
+  EXPECT_EQ(latch.release({1, 2}, "gateway", false, Stamp::max()), Release::kSome);
+  ASSERT_EQ(latch.stops().size(), 1U);
+  EXPECT_EQ(latch.stops()[0].id, 2);
+}
+
 TEST(StopLatch, TooManyStopsAreOneWithoutAName) {
   StopLatch latch;
   for (int k = 1; k <= 100; ++k) latch.engage(stop(k, "gateway"));

@@ -75,6 +75,11 @@ TEST(StopWriterThread, EndsWithAndWithoutAJob) {
     (void)wait(writer.get());
   }
   EXPECT_EQ(done, 50);
+  for (int k = 0; k < 500; ++k) {
+    StopWriterThread writer(io);
+    writer.start({"path", "text", false});
+  }
+  EXPECT_EQ(done, 550) << "a job that was begun is executed";
 }
 
 }  // namespace

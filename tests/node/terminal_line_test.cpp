@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <string>
 #include <utility>
 
@@ -88,6 +89,25 @@ TEST(TerminalLines, AReaderThatEndsDoesNotEndTheProcess) {
     text = piped.read_all();
   }
   EXPECT_EQ(text, "(1 lines dropped: stderr was blocked)\nthe next line\n");
+}
+
+// As of an ssh connection that stalls. A terminal is ready with room for a byte.
+TEST(TerminalLines, ATerminalThatIsNotReadBlocksNothing) {
+  const int own = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_GE(own, 0);
+  ASSERT_EQ(grantpt(own), 0);
+  ASSERT_EQ(unlockpt(own), 0);
+  const int terminal = open(ptsname(own), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_GE(terminal, 0);
+  const int before = dup(STDERR_FILENO);
+  (void)dup2(terminal, STDERR_FILENO);
+  (void)alarm(30);  // ends the test if a write blocks
+  TerminalLines lines;
+  for (int k = 0; k < 1000; ++k) lines.print("node: ", std::string(100, 'x'));
+  (void)alarm(0);
+  (void)dup2(before, STDERR_FILENO);
+  EXPECT_EQ(fcntl(terminal, F_GETFL) & O_NONBLOCK, 0) << "others share it";
+  for (const int fd : {before, terminal, own}) (void)close(fd);
 }
 
 }  // namespace

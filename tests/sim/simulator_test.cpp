@@ -290,6 +290,53 @@ TEST(Simulator, ReceivesDriveCommandsOnABusWithADifferentTime) {
   EXPECT_NEAR(simulator.commanded_vehicle()->model().speed_mps(), 2.0, 1e-9);
 }
 
+// What another program commands neither moves the vehicle nor releases an emergency stop.
+TEST(Simulator, ObeysOnePublisherAndNoReleaseOfAnotherRun) {
+  Simulator simulator(commanded_drive());
+  LocalBus bus;
+  simulator.listen(&bus, Duration(0));
+  Outbox<drive_t> drive(&bus, channel::kBgDrive);
+  SourceEvent event;
+  const auto publish = [&](const Publisher& from, double speed_mps, bool stops) {
+    const Stamp now = simulator.peek();
+    drive_t m{};
+    m.run_id = from.run_id;
+    m.publisher_id = from.publisher_id;
+    m.utime = to_utime(now);
+    m.valid_until_utime = to_utime(now + from_seconds(0.2));
+    m.speed_mps = speed_mps;
+    m.emergency_stop = stops ? 1 : 0;
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(m.getEncodedSize()));
+    m.encode(bytes.data(), 0, m.getEncodedSize());
+    bus.publish(channel::kBgDrive, bytes.data(), bytes.size());
+    bus.deliver_next(now);
+    simulator.take(&event);
+  };
+  const auto until = [&](double t_s, auto&& step) {
+    while (simulator.peek() < Simulator::kStart + from_seconds(t_s)) step();
+  };
+  const Publisher bg{1, 10}, successor{1, 11}, other{2, 20};
+  const DriveModel& vehicle = simulator.commanded_vehicle()->model();
+  until(1.0, [&] {
+    publish(bg, 0.0, true);
+    publish(other, 2.0, false);
+  });
+  until(3.0, [&] { publish(other, 2.0, false); });
+  EXPECT_EQ(simulator.driven_m(), 0.0) << "the stop outlives the program that has set it";
+  EXPECT_GT(simulator.rejected_commands(), 100);
+  until(5.0, [&] { publish(successor, 2.0, false); });
+  EXPECT_NEAR(vehicle.speed_mps(), 2.0, 1e-9) << "of the same run";
+  until(6.0, [&] {
+    publish(successor, 2.0, false);
+    publish(other, 0.0, true);
+  });
+  EXPECT_NEAR(vehicle.speed_mps(), 2.0, 1e-9) << "BG, not the vehicle, takes stops of anyone";
+  until(8.0, [&] { publish(other, 1.0, true); });
+  EXPECT_EQ(vehicle.speed_mps(), 0.0);
+  until(9.0, [&] { publish(other, 1.0, false); });
+  EXPECT_GT(vehicle.speed_mps(), 0.5) << "a new run that has repeated the stop first";
+}
+
 TEST(Simulator, WritesItsEventsAsALog) {
   Scenario s = short_drive();
   s.duration_s = 1.0;

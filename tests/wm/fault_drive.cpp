@@ -109,6 +109,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     if ((told.alerts & kAlertLadar) != 0 && seen.first_ladar_alert_s < 0.0) {
       seen.first_ladar_alert_s = t;
     }
+    if ((told.alerts & kAlertIns) != 0 && seen.first_ins_alert_s < 0.0) seen.first_ins_alert_s = t;
     seen.worst_m = std::max(seen.worst_m, error);
     seen.worst_local_step_m = std::max(seen.worst_local_step_m, (local_moved.p - moved.p).norm());
     seen.beyond_protection += error > told.protection_horizontal_m ? 1 : 0;

@@ -38,6 +38,7 @@ struct Seen {
   std::vector<std::pair<double, Finding>> findings;
   double first_alert_s = -1.0;  ///< ALERT_GPS
   double first_ladar_alert_s = -1.0;
+  double first_ins_alert_s = -1.0;
   double worst_m = 0.0;             ///< horizontal error
   double worst_local_step_m = 0.0;  ///< in addition to the motion
   double end_m = 0.0;               ///< error at the end

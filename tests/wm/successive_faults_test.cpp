@@ -55,6 +55,40 @@ TEST(SuccessiveFaults, AnInsFaultIsFoundWhileGpsIsExcludedAndReceived) {
   }
 }
 
+// Each gap ends the sub-filters, and they branch five seconds after the last one.
+TEST(SuccessiveFaults, AnInsWhoseGapsPreventItsTestsIsAnAlert) {
+  for (const double every_s : {4.0, 40.0}) {
+    Disturbance d;
+    d.has_ins = [every_s](double t) { return t < 30.0 || std::fmod(t, every_s) > 0.08; };
+    const Seen seen = drive(90.0, d, 1, 30.0);
+    EXPECT_EQ(seen.first_ins_alert_s > 0.0, every_s < 20.0) << every_s;
+    EXPECT_EQ(seen.beyond_protection, 0) << every_s;
+  }
+}
+
+// The LADAR is one of three that contradict each other.
+TEST(SuccessiveFaults, StuckWheelsAreExcludedAlsoWithAFaultyIns) {
+  for (const double speed_mps : {0.0, 11.0}) {
+    for (const bool ins_silent : {true, false}) {
+      Disturbance d;
+      d.has_fix = [](double t) { return t < 35.0; };
+      d.has_ins = [&](double t) { return !ins_silent || t < 40.0; };
+      d.ins = [](double t, ImuSample* imu) {
+        if (t > 40.0) imu->delta_angle *= 0.85;
+      };
+      d.wheels = [&](double t, OdometrySample* wheels) {
+        if (t > 42.0) wheels->speed_mps = speed_mps;
+        if (t > 42.0) wheels->yaw_rate_radps = 0.0;
+      };
+      const Seen seen = drive(80.0, d, 1, 30.0);
+      std::printf("%.0f m/s, INS silent %d: worst %.2f m, outside %d of %d\n", speed_mps,
+                  ins_silent, seen.worst_m, seen.beyond_protection, seen.samples);
+      EXPECT_LT(first(seen, Finding::kOdometryFaulty), 47.0) << speed_mps << ins_silent;
+      EXPECT_LT(seen.worst_m, 5.0) << speed_mps << ins_silent;
+    }
+  }
+}
+
 // Spoofed first and jammed before the test has decided.
 TEST(SuccessiveFaults, AWrongGpsThatFallsSilentLeavesNoErrorBeyondTheLevel) {
   for (const double drift_mps : {0.15, 0.3, 0.6, 1.0}) {

@@ -18,8 +18,9 @@ using Json = nlohmann::ordered_json;
 /// memory.
 constexpr std::size_t kMaxIssuers = 1000;
 
-constexpr std::string_view kAuditedEvents[] = {"command.", "operator.", "stop.",
-                                               "dds.",     "node.",     "record."};
+constexpr std::string_view kAuditedEvents[] = {"command.", "operator.",  "stop.",
+                                               "dds.",     "node.",      "record.",
+                                               "bus.",     "publisher.", "recorder."};
 
 constexpr std::string_view kRefusal = "command.rejected";
 
@@ -56,8 +57,9 @@ Json with_publisher(Json json, const T& message) {
 }
 
 std::string_view kind_name(int kind) {
-  constexpr std::string_view kNames[] = {"HALT", "GOTO", "ABORT", "EMERGENCY_STOP", "RELEASE"};
-  return constant_name<command_t::KIND_RELEASE>(kNames, kind);
+  constexpr std::string_view kNames[] = {"HALT",    "GOTO",   "ABORT", "EMERGENCY_STOP",
+                                         "RELEASE", "FOLLOW", "RETURN"};
+  return constant_name<command_t::KIND_RETURN>(kNames, kind);
 }
 
 std::string_view severity_name(int severity) {
@@ -80,12 +82,13 @@ std::vector<std::string> AuditTrail::on_message(Stamp wall, std::string_view cha
   lines_.clear();
   if (!unconfirmed_.empty()) report_unconfirmed(wall);
   if (size > kMaxMessageBytes) return lines_;
-  if (channel == channel::kBgCommand || channel == channel::kBgStop) {
+  if (channel == channel::kBgCommand || channel == channel::kBgStop ||
+      channel == channel::kMissionCommand) {
     if (decode(data, size, &command_)) on_command(wall, channel);
   } else if (channel == channel::kWmPathQuery) {
     if (decode(data, size, &query_)) on_query(wall);
-  } else if (channel == channel::kBgStatus) {
-    if (decode(data, size, &status_)) on_status(wall);
+  } else if (channel == channel::kBgStatus || channel == channel::kMissionStatus) {
+    if (decode(data, size, &status_)) on_status(wall, channel);
   } else if (ends_with(channel, "_EVENT")) {
     if (decode(data, size, &event_)) on_event(wall, channel);
   }
@@ -94,16 +97,20 @@ std::vector<std::string> AuditTrail::on_message(Stamp wall, std::string_view cha
 
 void AuditTrail::report_unconfirmed(Stamp wall) {
   for (auto it = unconfirmed_.begin(); it != unconfirmed_.end();) {
-    const auto& [issuer, pending] = *it;
+    const auto& [to, pending] = *it;
+    const auto& [status_channel, issuer] = to;
+    const bool of_bg = status_channel == channel::kBgStatus;
     if (wall - pending.since < kEchoWithin) {
       ++it;
       continue;
     }
-    Json json = line(wall, "refusal", channel::kBgStatus);
+    Json json = line(wall, "refusal", status_channel);
     json["issuer"] = issuer;
     json["serial"] = pending.serial;
     json["commands"] = pending.commands;
-    json["text"] = "BG did not echo the command: refused, lost, or replaced by another issuer";
+    json["text"] =
+        fmt::format("{} did not echo the command: refused, lost, or replaced by another issuer",
+                    of_bg ? "BG" : "the mission");
     lines_.push_back(text(json));
     it = unconfirmed_.erase(it);
   }
@@ -130,8 +137,12 @@ void AuditTrail::on_command(Stamp wall, std::string_view channel) {
   const std::string key = fmt::format("{}:{}:{}", channel, m.kind, m.issuer);
   if (!is_new(key, {m.serial, m.utime, m.publisher_id})) return;
   if (unconfirmed_.size() < kMaxIssuers) {
-    Unconfirmed& pending =
-        unconfirmed_.emplace(m.issuer, Unconfirmed{wall, 0, m.serial, m.serial}).first->second;
+    const std::string_view answer =
+        channel == channel::kMissionCommand ? channel::kMissionStatus : channel::kBgStatus;
+    Unconfirmed& pending = unconfirmed_
+                               .emplace(std::pair(std::string(answer), m.issuer),
+                                        Unconfirmed{wall, 0, m.serial, m.serial})
+                               .first->second;
     ++pending.commands;
     pending.serial = m.serial;
   }
@@ -173,19 +184,20 @@ void AuditTrail::on_event(Stamp wall, std::string_view channel) {
   lines_.push_back(text(with_publisher(std::move(json), m)));
 }
 
-void AuditTrail::on_status(Stamp wall) {
+void AuditTrail::on_status(Stamp wall, std::string_view channel) {
   const status_t& m = status_;
   // An echo of an older serial is that of a command which is still in force.
-  const auto pending = unconfirmed_.find(m.issuer);
+  const auto pending = unconfirmed_.find({std::string(channel), m.issuer});
   if (pending != unconfirmed_.end() && m.echo_serial >= pending->second.first_serial &&
       m.echo_serial <= pending->second.serial) {
     unconfirmed_.erase(pending);
   }
   std::string key =
       fmt::format("{}:{}:{}:{}:{}", m.issuer, m.echo_serial, m.status, m.state, m.emergency_stop);
-  if (key == status_key_) return;
-  status_key_ = std::move(key);
-  Json json = line(wall, "status", channel::kBgStatus);
+  std::string& before = status_keys_[channel == channel::kBgStatus ? 0 : 1];
+  if (key == before) return;
+  before = std::move(key);
+  Json json = line(wall, "status", channel);
   json["issuer"] = m.issuer;
   json["serial"] = m.echo_serial;
   json["status"] = status_name(m.status);

@@ -1,14 +1,16 @@
 #pragma once
 // Selects from the messages of the bus what the audit log contains: commands, stops and releases
 // with their issuers, queries, the events of operators, commands and stops (refusals included),
-// each change of the status that BG reports of a command, and commands that BG does not echo. One
-// JSON object is one line.
+// each change of the status that BG, or the mission, reports of a command, and commands that it
+// does not echo. One JSON object is one line.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/rcs/command_t.hpp"
@@ -42,7 +44,7 @@ class AuditTrail {
     std::int64_t utime = 0;
     std::int64_t publisher_id = 0;
   };
-  /// Commands of an issuer that BG has not echoed.
+  /// Commands of an issuer that BG, or the mission, has not echoed.
   struct Unconfirmed {
     Stamp since;
     std::int64_t commands = 0;
@@ -53,13 +55,13 @@ class AuditTrail {
   void on_command(Stamp wall, std::string_view channel);
   void on_query(Stamp wall);
   void on_event(Stamp wall, std::string_view channel);
-  void on_status(Stamp wall);
+  void on_status(Stamp wall, std::string_view channel);
   void report_unconfirmed(Stamp wall);
   [[nodiscard]] bool is_new(const std::string& key, const Identity& identity);
 
-  std::map<std::string, Identity> newest_;          // by channel, kind and issuer
-  std::map<std::string, Unconfirmed> unconfirmed_;  // by issuer
-  std::string status_key_;                          // of the last status line
+  std::map<std::string, Identity> newest_;  // by channel, kind and issuer
+  std::map<std::pair<std::string, std::string>, Unconfirmed> unconfirmed_;  // by status, issuer
+  std::array<std::string, 2> status_keys_;  // of the last status line of BG, of the mission
   std::vector<std::string> lines_;
 
   command_t command_{};

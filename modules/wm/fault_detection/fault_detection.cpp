@@ -105,7 +105,7 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
   }
 }
 
-void Trust::drop_what_passed_a_gap() {
+void Trust::drop_what_passed_a_gap(Stamp now) {
   bool dropped = false;
   for (Subfilter* subfilter :
        {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
@@ -122,6 +122,7 @@ void Trust::drop_what_passed_a_gap() {
     }
   }
   if (!dropped) return;
+  if (untested_since_ == Stamp::max()) untested_since_ = now;
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_rival_m_ = 0.0;
   doubted_ = map_contradicted_ = 0;
   gps_contradicts_ = Stamp::max();
@@ -198,6 +199,7 @@ void Trust::branch_recent(const FilterState& belief) {
 
 void Trust::branch_motion(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
+  untested_since_ = Stamp::max();
   inertial_ = inertial_young_;
   without_ins_ = without_ins_young_;
   without_ladar_ = without_ladar_young_;
@@ -360,7 +362,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
     subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
   }
   move(model, m, next_imu, belief);
-  drop_what_passed_a_gap();
+  drop_what_passed_a_gap(belief.belief.x.stamp);
   if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
     bound_undetected(belief);
     bound_keeping_gps(belief);
@@ -373,6 +375,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
 
 std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
                                         const FilterState& belief) {
+  const bool stuck = wheels_are_stuck(m);
+  if (stuck && !belief.memory.withheld.wheels) return exclude_odometry(belief, model.params.modes);
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)

@@ -112,6 +112,10 @@ class Trust {
   [[nodiscard]] LadarScale ladar_scale() const { return votes_.ladar_scale(); }
   /// Against the LADAR. The limit is lower while wheels or GPS contradict the INS, too.
   [[nodiscard]] double ins_test_ratio() const;
+  /// Gaps of the INS have prevented its tests for long.
+  [[nodiscard]] bool ins_is_untested(Stamp now) const {
+    return untested_since_ != Stamp::max() && now - untested_since_ > kUntested;
+  }
   /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// Distance from the filter to the alternative hypothesis that the rejected fixes are right, if
@@ -209,6 +213,7 @@ class Trust {
   [[nodiscard]] bool is_left_by_gps(Stamp now) const;
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
+  [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
   FilterState exclude_odometry(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,
@@ -216,7 +221,7 @@ class Trust {
   void suppose_ins_right(const FilterState& belief);
   std::optional<FilterState> decide_excluded_ins(const Measurement& m, const FilterState& belief,
                                                  const ModeParams& modes);
-  void drop_what_passed_a_gap();
+  void drop_what_passed_a_gap(Stamp now);
   void bound_undetected(const FilterState& belief);
   void renew(const FilterState& belief);
   void branch_motion(const FilterState& belief);
@@ -336,10 +341,20 @@ class Trust {
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
+  struct StuckWheels {
+    double speed_mps = 0.0, yaw_rate_radps = 0.0;
+    Stamp since = Stamp::min(), heard = Stamp::min();
+    int map_epoch = -1;  ///< of the match from which the LADAR is compared
+    Stamp from = Stamp::min();
+    Vec3 from_m = Vec3::Zero();
+    int differing = 0;  ///< comparisons in a row
+  } stuck_;
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
-  Stamp gps_judged_ = Stamp::min();       ///< newest fix
-  Stamp gps_fused_from_ = Stamp::min();   ///< readmitted; the filter moves to it for a while
+  static constexpr Duration kUntested = from_seconds(20.0);
+  Stamp untested_since_ = Stamp::max();  ///< a gap of the INS; max(): sub-filters have branched
+  Stamp gps_judged_ = Stamp::min();      ///< newest fix
+  Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch

@@ -14,6 +14,12 @@ constexpr double kSameShare = 0.02;
 constexpr double kMoves_mps = 1.5;  // a vehicle at rest tells nothing
 constexpr double kLongest_s = 0.3;  // that a sample counts
 
+// Wheels whose values repeat, against the LADAR alone.
+constexpr Duration kCompared = from_seconds(1.0);
+constexpr int kDiffering = 2;  // in a row: a single registration may be wrong, also at rest
+constexpr double kStuck_mps = 0.3;
+constexpr double kStuckShare = 0.05;
+
 bool same(double a_mps, double b_mps) {
   return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
 }
@@ -46,6 +52,38 @@ bool Trust::ins_sides_with_ladar(const FilterState& belief) const {
                          std::sqrt(belief.belief.P.diagonal().segment<2>(kPosition).minCoeff());
   const double apart_m = (place(without_ladar_.state) - place(belief)).norm();
   return std::max(sigma_m, (place(inertial.state) - place(belief)).norm()) < 0.5 * apart_m;
+}
+
+/// Wheels that repeat their values to the last bit, although the LADAR alone measures another
+/// speed, are stuck: no majority is needed, and with a faulty INS there is none.
+bool Trust::wheels_are_stuck(const Measurement& m) {
+  if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
+    const bool repeats =
+        wheels->speed_mps == stuck_.speed_mps &&
+        (wheels->yaw_rate_radps == stuck_.yaw_rate_radps || std::isnan(wheels->yaw_rate_radps));
+    if (!repeats) stuck_.since = m.stamp;
+    stuck_.speed_mps = wheels->speed_mps;
+    stuck_.yaw_rate_radps = wheels->yaw_rate_radps;
+    stuck_.heard = m.stamp;
+    return false;
+  }
+  const auto* const match = std::get_if<RollingMatch>(&m.value);
+  if (match == nullptr) return false;
+  const bool same_map = match->map_epoch == stuck_.map_epoch && stuck_.from < m.stamp;
+  if (same_map && m.stamp - stuck_.from < kCompared) return false;
+  const double ladar_mps = same_map ? (match->T_rolling_vehicle.p - stuck_.from_m).norm() /
+                                          seconds(m.stamp - stuck_.from)
+                                    : 0.0;
+  const double off_mps = std::abs(ladar_mps - std::abs(stuck_.speed_mps));
+  const bool differs =
+      same_map && stuck_.heard != Stamp::min() && stuck_.since <= stuck_.from &&
+      m.stamp - stuck_.heard < kFresh && m.stamp - stuck_.from < 2 * kCompared &&
+      off_mps > kStuck_mps + kStuckShare * std::max(ladar_mps, std::abs(stuck_.speed_mps));
+  stuck_.from = m.stamp;
+  stuck_.from_m = match->T_rolling_vehicle.p;
+  stuck_.map_epoch = match->map_epoch;
+  stuck_.differing = differs ? stuck_.differing + 1 : 0;
+  return stuck_.differing >= kDiffering;
 }
 
 FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams& modes) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,13 +56,14 @@ class InboxBase : public Receiver {
   [[nodiscard]] Stamp oldest_arrival() const { return empty() ? Stamp::max() : arrivals_[head_]; }
 
  protected:
-  InboxBase(const Bus& bus, std::string_view channel, std::size_t depth)
+  InboxBase(const Bus& bus, std::string_view channel, std::size_t depth,
+            std::optional<ChannelOwner::Rule> rule)
       : channel_(channel),
         is_command_(channel::is_command(channel)),
         arrivals_(depth, Stamp::min()) {
     RCS_CHECK(depth > 0);
-    if (bus.owners_required()) {
-      owner_ = ChannelOwner(ownership_of(channel), bus.publisher().run_id);
+    if (rule || bus.owners_required()) {
+      owner_ = ChannelOwner(rule.value_or(ownership_of(channel)), bus.publisher().run_id);
     }
   }
   ~InboxBase() = default;
@@ -159,8 +161,10 @@ inline void InboxBase::commit(std::size_t slot, Stamp arrival, std::int64_t seq,
 template <class T>
 class Inbox final : public InboxBase {
  public:
-  Inbox(Bus* bus, std::string_view channel, std::size_t depth)
-      : InboxBase(*bus, channel, depth), slots_(depth) {
+  /// @param rule  none: that of the channel on a bus that requires owners
+  Inbox(Bus* bus, std::string_view channel, std::size_t depth,
+        std::optional<ChannelOwner::Rule> rule = std::nullopt)
+      : InboxBase(*bus, channel, depth, rule), slots_(depth) {
     bus->subscribe(channel, this);
   }
   Inbox(const Inbox&) = delete;

@@ -26,11 +26,23 @@ class PublisherWatch final : public Node {
   void run(const Cycle& cycle) override;
 
  private:
+  /// One a publisher, so that no report suppresses another.
+  struct Stranger {
+    Publisher publisher;
+    Report report;
+  };
   struct Watched {
     const InboxBase* inbox;
     std::int64_t reported = 0;  ///< rejected messages
-    Report report;              ///< one a channel, so that none suppresses another
+    std::vector<Stranger> strangers;
   };
+  /// Of a publisher of the channel; further ones than kStrangers share one.
+  Report* report_of(Watched* watched, const Publisher& stranger);
+
+  static constexpr std::size_t kStrangers = 8;
+
+  Bus* bus_;
+  std::string node_;
   NodeInfo info_;
   PeriodicClock clock_{kPeriod};
   std::vector<Watched> watched_;

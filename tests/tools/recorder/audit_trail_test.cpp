@@ -161,5 +161,27 @@ TEST(AuditTrail, NamesFromTheBusCannotChangeTheFormat) {
   }
 }
 
+TEST(AuditTrail, ContainsTasksOfTheMissionAndSecondPublishers) {
+  AuditTrail trail;
+  const auto of_bg = lines(&trail, channel::kBgCommand, command("operator", 5));
+  ASSERT_EQ(of_bg.size(), 1U);
+  const auto task =
+      lines(&trail, channel::kMissionCommand, command("operator", 6, command_t::KIND_RETURN));
+  ASSERT_EQ(task.size(), 1U);
+  EXPECT_EQ(task[0]["kind"], "RETURN");
+  EXPECT_EQ(task[0]["channel"], channel::kMissionCommand);
+  EXPECT_EQ(lines(&trail, channel::kMissionStatus, status("operator", 6, "DRIVING")).size(), 1U);
+  EXPECT_EQ(lines(&trail, channel::kMissionStatus, status("operator", 6, "DRIVING")).size(), 0U);
+  // The mission has echoed its task; BG has not echoed its command.
+  const auto later = lines(&trail, channel::kBgStatus, status("", 0, "IDLE"), from_seconds(3.0));
+  ASSERT_EQ(later.size(), 2U);
+  EXPECT_EQ(later[0]["type"], "refusal");
+  EXPECT_EQ(later[0]["serial"], 5);
+  EXPECT_EQ(later[0]["channel"], channel::kBgStatus);
+  const auto second = lines(&trail, "BG_EVENT", event_of("publisher.rejected", "BG_DRIVE: ..."));
+  ASSERT_EQ(second.size(), 1U);
+  EXPECT_EQ(second[0]["code"], "publisher.rejected");
+}
+
 }  // namespace
 }  // namespace rcs::recorder

@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 constexpr char kAuthorities[] = "ca";
 constexpr int kAuthorityDays = 3650;
 constexpr char kRevocations[] = "crl.pem";
+constexpr char kIssued[] = "issued";  // certificates of each identity, by serial number
 
 // Complete, so that the openssl.cnf of the machine is not used. An identity cannot sign
 // certificates for others.
@@ -226,6 +227,35 @@ Outcome make_whole(const fs::path& folder, const Fill& fill) {
   return Done{};
 }
 
+/// "serial=1F...": hexadecimal, as in index.txt.
+Result<std::string> serial_of(const fs::path& certificate) {
+  const Result<std::string> text =
+      openssl_output({"x509", "-serial", "-noout", "-in", certificate.string()});
+  if (!text) return text.error();
+  const std::size_t begin = text->find('=') + 1;
+  const std::size_t end = text->find_first_not_of("0123456789ABCDEF", begin);
+  if (begin == 0 || end == begin) return Error{certificate.string() + ": no serial number"};
+  return text->substr(begin, end == std::string::npos ? end : end - begin);
+}
+
+/// Keeps a copy of the certificate of an identity: a renewal replaces it, but it stays valid until
+/// it is revoked.
+/// @return the folder of the copies
+Result<fs::path> keep(const fs::path& authorities, const fs::path& identity,
+                      const std::string& name) {
+  const Result<std::string> serial = serial_of(identity / "identity.pem");
+  if (!serial) return serial.error();
+  const fs::path folder = authorities / kIssued / name;
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (!failed) {
+    fs::copy_file(identity / "identity.pem", folder / (*serial + ".pem"),
+                  fs::copy_options::overwrite_existing, failed);
+  }
+  if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
+  return folder;
+}
+
 /// Signs a certificate for the identity's key, and permissions that last as long.
 Outcome certify(const fs::path& authorities, const fs::path& folder, const std::string& name,
                 KeyRole role, int days) {
@@ -240,6 +270,7 @@ Outcome certify(const fs::path& authorities, const fs::path& folder, const std::
                                    "-CAkey",      (authorities / "identity_ca.key.pem").string(),
                                    "-out",        (folder / "identity.pem").string()});
   if (!certified) return certified;
+  if (const Result<fs::path> kept = keep(authorities, folder, name); !kept) return kept.error();
   Result<std::string> until = end_of(folder / "identity.pem");
   if (!until) return until.error();
   until.value().replace(10, 1, "T");
@@ -253,6 +284,15 @@ Outcome certify(const fs::path& authorities, const fs::path& folder, const std::
   fs::rename(renewed, rights, failed);
   if (failed) return Error{fmt::format("{}: {}", rights.string(), failed.message())};
   return sign(authorities, rights, folder / "permissions.p7s");
+}
+
+/// @param index  text of index.txt: a certificate is revoked once only
+Outcome revoke_certificate(const fs::path& config, const fs::path& certificate,
+                           const std::string& index) {
+  const Result<std::string> serial = serial_of(certificate);
+  if (!serial) return serial.error();
+  if (index.find("\t" + *serial + "\t") != std::string::npos) return Done{};
+  return run_openssl({"ca", "-config", config.string(), "-revoke", certificate.string()});
 }
 
 /// The role that the permissions of an identity state.
@@ -362,6 +402,9 @@ Outcome KeyFolder::renew(const std::string& name, int days) const {
   if (!rights) return rights.error();
   const std::optional<KeyRole> role = role_in(*rights, name);
   if (!role) return Error{folder.string() + ": permissions.xml states no role of this name"};
+  // Of a program that did not keep it.
+  const Result<fs::path> kept = keep(fs::path(path_) / kAuthorities, folder, name);
+  if (!kept) return kept.error();
   return certify(fs::path(path_) / kAuthorities, folder, name, *role, days);
 }
 
@@ -389,9 +432,17 @@ Outcome KeyFolder::revoke(const std::string& name) const {
   if (failed) return Error{fmt::format("{}: {}", authorities.string(), failed.message())};
   const std::string text = fmt::format(kRevocationConfig, absolute.string());
   if (Outcome w = tools::write_text(config.string(), text); !w) return w;
-  Outcome revoked = run_openssl({"ca", "-config", config.string(), "-revoke",
-                                 (fs::path(path_) / name / "identity.pem").string()});
-  if (!revoked) return revoked;
+  const Result<fs::path> issued = keep(authorities, fs::path(path_) / name, name);
+  if (!issued) return issued.error();
+  const Result<std::string> before = tools::read_text(index.string());
+  if (!before) return before.error();
+  const Result<std::vector<fs::path>> certificates = entries_of(*issued);
+  if (!certificates) return certificates.error();
+  for (const fs::path& certificate : *certificates) {
+    if (Outcome revoked = revoke_certificate(config, certificate, *before); !revoked) {
+      return revoked;
+    }
+  }
   const fs::path list = authorities / kRevocations;
   Outcome made = run_openssl({"ca", "-config", config.string(), "-gencrl", "-out", list.string()});
   if (!made) return made;
@@ -428,12 +479,9 @@ Result<std::vector<KeyIdentity>> KeyFolder::identities() const {
     if (!until) return until.error();
     one.valid_until = *until;
     one.days_left = days_until(*until);
-    const Result<std::string> serial =
-        openssl_output({"x509", "-serial", "-noout", "-in", (folder / "identity.pem").string()});
+    const Result<std::string> serial = serial_of(folder / "identity.pem");
     if (!serial) return serial.error();
-    const std::size_t equals = serial->find('=');
-    const std::string number = serial->substr(equals + 1, serial->find('\n') - equals - 1);
-    one.revoked = revoked.find("\t" + number + "\t") != std::string::npos;
+    one.revoked = revoked.find("\t" + *serial + "\t") != std::string::npos;
     all.push_back(one);
   }
   std::sort(all.begin(), all.end(),

@@ -16,6 +16,7 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/base/printable.h"
 #include "rcs/command_line/config_files.h"
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/inbox.h"
@@ -49,6 +50,8 @@ constexpr std::string_view kPrefix = "rcs up: ";
 constexpr std::size_t kLastLines = 8;
 /// Nodes send a heartbeat once per second: a running node is detected in this time.
 constexpr Duration kListen = from_seconds(1.6);
+/// Of processes that publish under the name of a node: a flood of ever new ones is cut off.
+constexpr std::size_t kStrangers = 16;
 /// Maximum number of messages delivered in a row.
 constexpr int kMaxMessages = 1000;
 
@@ -58,7 +61,7 @@ struct Watched {
       : name(n),
         command(std::move(c)),
         prefix("[" + n + "] "),
-        alive(bus, channel_of(n, "PROCESS"), 4),
+        alive(bus, channel_of(n, "PROCESS"), kMaxMessages),  // none displaces a heartbeat
         accounts(bus, channel_of(n, "CYCLE"), 64) {}
 
   std::string name;
@@ -70,7 +73,7 @@ struct Watched {
   std::deque<std::string> last_lines;
   std::string last_end;     ///< "ended with status 1"
   std::set<int> pids;       ///< processes started here
-  std::set<int> strangers;  ///< other processes that publish under its name
+  std::set<int> strangers;  ///< other processes that publish under its name, at most kStrangers
 };
 
 /// Waits for readable data or until `until`.
@@ -416,9 +419,12 @@ void Up::read_heartbeats(std::size_t i, Stamp now) {
       const bool was_failing = supervisor_->failing(i);
       supervisor_->on_alive(i, now);
       if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
-    } else if (node.pids.count(seen->pid) == 0 && node.strangers.insert(seen->pid).second) {
-      print(fmt::format("another {} publishes on this bus: process {}, configuration {}", node.name,
-                        seen->pid, seen->config));
+    } else if (node.pids.count(seen->pid) == 0 && node.strangers.size() < kStrangers &&
+               node.strangers.insert(seen->pid).second) {
+      print(fmt::format("another {} publishes on this bus: process {}, configuration {}{}",
+                        node.name, seen->pid,
+                        printable_line(std::string_view(seen->config).substr(0, 200)),
+                        node.strangers.size() == kStrangers ? "; further ones are not named" : ""));
     }
   }
 }
