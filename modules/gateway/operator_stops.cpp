@@ -36,8 +36,9 @@ std::optional<OperatorStops::Stop> OperatorStops::update(
                                 [&](const Entry& e) { return !is_engaged(e); }),
                  entries_.end());
   for (const std::string_view name : engaged) {
-    if (find(name) == nullptr)
+    if (find(name) == nullptr) {
       entries_.push_back({{std::string(name), ++newest_}, now, false, false});
+    }
   }
   const Entry* missing = nullptr;
   for (Entry& e : entries_) {

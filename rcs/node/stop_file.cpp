@@ -58,7 +58,7 @@ Outcome sync_folder(const std::string& folder) {
 /// release would have failed for the caller and not for its successor. A power failure within
 /// seconds may bring the file back, which is the safe side.
 Outcome remove_file(const std::string& path) {
-  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return failure("remove", path, errno);
+  if (std::remove(path.c_str()) != 0 && errno != ENOENT) return failure("remove", path, errno);
   return Done{};
 }
 

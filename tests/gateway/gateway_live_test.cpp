@@ -221,6 +221,39 @@ TEST_F(GatewayLive, AStopEngagedWhileTheGatewayWasDownTakesEffect) {
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
 }
 
+TEST_F(GatewayLive, AfterARestartTheStopsInForceAreThoseOfTheirOperators) {
+  start_gateway(kUnsecured);
+  const auto stop = client({"stop", "1", "0.5"});
+  ASSERT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  EXPECT_EQ(vehicle_.commands().back().issuer, "gateway:alice");
+  ASSERT_TRUE(ends(stop.get()));
+  gateway_->signal(SIGKILL);
+  ASSERT_TRUE(ends(gateway_.get()));
+  start_gateway(kUnsecured);
+  const auto bobs = client({"-o", "bob", "stop", "1", "0.5"});
+  ASSERT_TRUE(ends(bobs.get()));
+  const auto release = client({"-o", "bob", "release", "2", "2"});
+  ASSERT_TRUE(ends(release.get()));
+  vehicle_.run_for(from_seconds(1.0));
+  EXPECT_TRUE(vehicle_.stopped()) << "alice has not released it";
+  EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE));
+  const auto hers = client({"release", "2", "2"});
+  ASSERT_TRUE(takes(command_t::KIND_RELEASE)) << gateway_->output();
+  vehicle_.run_for(from_seconds(1.0));
+  EXPECT_FALSE(vehicle_.stopped());
+}
+
+// Its samples would displace those of the operator that have not been read.
+TEST_F(GatewayLive, AWriterInTheNameOfAnotherIsRefusedBeforeItsSamplesAreStored) {
+  start_gateway(kUnsecured);
+  const auto watch = client({"watch", "60"});
+  const auto forger = client({"-o", "alice", "-p", "mallory", "release", "10", "60"});
+  EXPECT_TRUE(says(watch.get(), "EmergencyStop 0 of an unauthorized operator")) << watch->output();
+  const auto stop = client({"stop", "1", "0.5"});
+  EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  EXPECT_EQ(vehicle_.commands().back().issuer, "gateway:alice");
+}
+
 TEST_F(GatewayLive, HostileCommandsAreRejectedAndCounted) {
   start_gateway(kUnsecured);
   const auto watch = client({"watch", "120"});

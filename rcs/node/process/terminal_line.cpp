@@ -13,30 +13,26 @@
 #include "rcs/base/file_handle.h"
 
 namespace rcs {
-namespace {
 
-/// Writes what there is room for now. stderr is shared with other processes and must not be set to
-/// O_NONBLOCK: a terminal or pipe is opened again for it, a socket (journald) needs no mode.
-/// @return nothing could be written
-bool is_blocked(std::string_view text) {
+// stderr is shared with other processes and must not be set to O_NONBLOCK: a terminal or pipe is
+// opened again for it, a socket (journald) needs no mode.
+bool write_without_waiting(std::string_view text) {
   struct stat stream {};
-  if (fstat(STDERR_FILENO, &stream) != 0) return true;
+  if (fstat(STDERR_FILENO, &stream) != 0) return false;
   if (S_ISSOCK(stream.st_mode)) {
-    return send(STDERR_FILENO, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0;
+    return send(STDERR_FILENO, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) > 0;
   }
   const bool may_block = S_ISCHR(stream.st_mode) || S_ISFIFO(stream.st_mode);
-  if (!may_block) return ::write(STDERR_FILENO, text.data(), text.size()) < 0;
+  if (!may_block) return ::write(STDERR_FILENO, text.data(), text.size()) > 0;
   pollfd ready{STDERR_FILENO, POLLOUT, 0};
-  if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) return true;
+  if (poll(&ready, 1, 0) != 1 || (ready.revents & POLLOUT) == 0) return false;
   // A pipe without a reader is "ready", and SIGPIPE would end the process.
-  if ((ready.revents & (POLLERR | POLLHUP)) != 0) return true;
+  if ((ready.revents & (POLLERR | POLLHUP)) != 0) return false;
   const FileHandle again(
       ::open("/proc/self/fd/2", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_APPEND | O_CLOEXEC));
   // A terminal of another user cannot be opened: what is ready may block for a line in part.
-  return ::write(again.valid() ? again.get() : STDERR_FILENO, text.data(), text.size()) < 0;
+  return ::write(again.valid() ? again.get() : STDERR_FILENO, text.data(), text.size()) > 0;
 }
-
-}  // namespace
 
 void TerminalLines::print(std::string_view prefix, std::string_view line) {
   text_.clear();
@@ -48,7 +44,7 @@ void TerminalLines::print(std::string_view prefix, std::string_view line) {
     text_.resize(PIPE_BUF);
     text_.back() = '\n';
   }
-  dropped_ = is_blocked(text_) ? dropped_ + 1 : 0;
+  dropped_ = write_without_waiting(text_) ? 0 : dropped_ + 1;
 }
 
 }  // namespace rcs

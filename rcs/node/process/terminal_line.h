@@ -7,6 +7,10 @@
 
 namespace rcs {
 
+/// Writes to stderr what it takes now: a terminal may take a part.
+/// @return something was written
+bool write_without_waiting(std::string_view text);
+
 /// Prints lines to stderr. A line for which there is no room now, as with a full pipe or a stopped
 /// terminal, is dropped; the next one says how many were.
 class TerminalLines {

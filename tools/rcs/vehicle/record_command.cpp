@@ -1,7 +1,6 @@
 // rcs record
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -46,9 +45,7 @@ class StatusLine {
 
  private:
   static bool write(const std::string& text) {
-    pollfd stream{STDERR_FILENO, POLLOUT, 0};
-    if (isatty(STDERR_FILENO) == 0 || poll(&stream, 1, 0) != 1) return false;
-    return (stream.revents & POLLOUT) != 0 && ::write(STDERR_FILENO, text.data(), text.size()) > 0;
+    return isatty(STDERR_FILENO) == 1 && write_without_waiting(text);
   }
   bool shown_ = false;
 };
