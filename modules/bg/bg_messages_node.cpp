@@ -188,4 +188,23 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   return true;
 }
 
+void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, Stamp now,
+                plan_t* plan) {
+  plan->n = static_cast<std::int32_t>(path.size());
+  plan->point.resize(path.size());
+  double arrival_s = 0.0;
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const PathPoint& p = path[k];
+    if (k > 0) arrival_s += (p.s_m - path[k - 1].s_m) / std::max(0.3, p.speed_mps);
+    plan_point_t& out = plan->point[k];
+    out.utime = to_utime(now + from_seconds(arrival_s));
+    out.p_m[0] = p.place.x_m;
+    out.p_m[1] = p.place.y_m;
+    const vj::Ground ground = terrain.at(terrain.cell_at(p.place.x_m, p.place.y_m));
+    out.p_m[2] = ground.known ? ground.height_m : height_m;
+    out.yaw_rad = p.place.heading_rad;
+    out.speed_mps = p.direction * p.speed_mps;
+  }
+}
+
 }  // namespace rcs::bg

@@ -1,5 +1,6 @@
 #pragma once
-// Validates and converts the messages that BG receives; the code behind it relies on valid data.
+// Validates and converts the messages that BG receives, and converts its plan; the code behind it
+// relies on valid data.
 
 #include <cstdint>
 #include <limits>
@@ -14,7 +15,9 @@
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/decide.h"
+#include "modules/bg/path.h"
 #include "modules/vj/traversal_cost.h"
 #include "rcs/base/geodesy.h"
 #include "rcs/base/pose.h"
@@ -119,6 +122,12 @@ struct GpsPosition {
 
 /// None if the fix is invalid.
 [[nodiscard]] std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival);
+
+/// The points of a path with speeds, in frame local, on the ground or at `height_m` where that is
+/// not known.
+/// @param now  the vehicle is at the first point
+void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, Stamp now,
+                plan_t* plan);
 
 /// False, and `terrain` untouched, if the patch is invalid. Frame local.
 [[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);

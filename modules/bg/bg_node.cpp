@@ -11,11 +11,9 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
-constexpr double kTurned_1pm = 0.04;                        // of the curvature commanded
-constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
-constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
-constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
+constexpr Duration kHeld = from_seconds(1.0);  // longer than the wheels need to turn
+constexpr double kTurned_1pm = 0.04;           // of the curvature commanded
+constexpr double kFreed_m = 0.5;               // distance driven after a blocked path
 constexpr Duration kUnregistered = from_seconds(5.0);
 constexpr double kLeadBack_m = 10.0;
 constexpr Duration kStuck = from_seconds(2.0);  // without a path, in an obstacle
@@ -54,15 +52,11 @@ std::int8_t message_status(Status status) {
 
 BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervised)
     : config_(config),
-      supervised_(supervised),
       clock_(config.period),
       plan_clock_(config.plan_period),
       subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
                    {}),
-      nav_states_(bus, channel::kWmNavState, 8),
-      integrities_(bus, channel::kWmIntegrity, 4),
-      map_patches_(bus, channel::kWmMapPatch, 1),
-      supervisor_(bus, channel::kUpProcess, 1),
+      inputs_(bus, supervised),
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
@@ -73,17 +67,15 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
       route_(config.north_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
-  if (bus->owners_required()) drives_.emplace(bus, channel::kBgDrive, 4);
   path_.reserve(4096);
   candidate_.reserve(4096);
   way_back_.reserve(kMaxWaypoints);
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  std::vector<const InboxBase*> all = {&subordinate_.inbox(), &nav_states_, &integrities_,
-                                       &map_patches_, &supervisor_};
+  std::vector<const InboxBase*> all = {&subordinate_.inbox()};
+  for (const InboxBase* inbox : inputs_.inboxes()) all.push_back(inbox);
   if (zones_.inbox() != nullptr) all.push_back(zones_.inbox());
-  if (drives_) all.push_back(&*drives_);
   return all;
 }
 
@@ -93,16 +85,13 @@ Duration BgNode::nominal_compute() const {
 }
 
 void BgNode::run(const Cycle& cycle) {
-  if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = cycle.now;
-  if (!supervisor_.empty()) supervisor_.pop();
-  while (drives_ && !drives_->empty()) drives_->pop();
   // The superior of a release learns its result before another command is in force.
   subordinate_.take(cycle.now, emergency_stop_.releasing());
   emergency_stop_.engage(subordinate_.stops(), cycle.now, &report_);
   take_command();
   take_nav(cycle);
-  take_integrity(cycle);
-  zones_.update(nav_, integrity_, !route_.knows_north(nav_), cycle.now);
+  inputs_.take(cycle.now, &report_);
+  zones_.update(nav_, inputs_.integrity(), !route_.knows_north(nav_), cycle.now);
   check_zones();
   take_map(cycle);
   if (map_is_of_now()) {
@@ -158,11 +147,12 @@ void BgNode::check_zones() {
 }
 
 void BgNode::take_nav(const Cycle& cycle) {
-  for (; !nav_states_.empty(); nav_states_.pop()) {
-    const nav_state_t& m = *nav_states_.front();
+  Inbox<nav_state_t>& states = inputs_.nav_states();
+  for (; !states.empty(); states.pop()) {
+    const nav_state_t& m = *states.front();
     const Stamp before = nav_.stamp;
     const bool first = nav_.arrival == Stamp::min();
-    if (!read_nav(m, nav_states_.front_arrival(), &nav_)) {
+    if (!read_nav(m, states.front_arrival(), &nav_)) {
       report_.publish(cycle.now, event::kBgInputRejected, "{} rejected: pose or velocity invalid",
                       channel::kWmNavState);
       continue;
@@ -178,18 +168,8 @@ void BgNode::take_nav(const Cycle& cycle) {
   }
 }
 
-void BgNode::take_integrity(const Cycle& cycle) {
-  for (; !integrities_.empty(); integrities_.pop()) {
-    const integrity_t& m = *integrities_.front();
-    if (read_integrity(m, integrities_.front_arrival(), &integrity_)) continue;
-    report_.publish(cycle.now, event::kBgInputRejected,
-                    "{} rejected: protection levels {} m, {} m invalid", channel::kWmIntegrity,
-                    m.protection_horizontal_m, m.protection_vertical_m);
-  }
-}
-
 void BgNode::take_map(const Cycle& cycle) {
-  const map_patch_t* const m = map_patches_.latest();
+  const map_patch_t* const m = inputs_.map_patches().latest();
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
     const bool other_frame = terrain_local_utime_ != m->local_utime;
@@ -234,7 +214,7 @@ void BgNode::take_map(const Cycle& cycle) {
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
                     m->width, m->height, m->cell_m);
   }
-  map_patches_.pop();
+  inputs_.map_patches().pop();
 }
 
 void BgNode::leave_trail() {
@@ -283,19 +263,15 @@ Facts BgNode::facts(Stamp now) const {
                : route_.in_other_map(nav_) ? "command rejected: SP has begun another rolling map"
                                            : cannot_;
   }
-  f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;
+  f.supervisor_silent = inputs_.supervisor_silent(now);
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
   f.nav_still = now - nav_moved_;
   f.speed_mps = nav_.speed_mps;
-  f.pose_valid = nav_.pose_valid && integrity_.pose_valid;
-  for (const InboxBase* inbox :
-       {static_cast<const InboxBase*>(&nav_states_), static_cast<const InboxBase*>(&integrities_),
-        static_cast<const InboxBase*>(&map_patches_)}) {
-    f.second_publisher = f.second_publisher || inbox->contested(now, kContested);
-  }
-  f.second_publisher = f.second_publisher || (drives_ && drives_->contested(now, kContested));
-  if (integrity_.arrival != Stamp::min()) f.integrity_age = now - integrity_.arrival;
+  f.pose_valid = nav_.pose_valid && inputs_.integrity().pose_valid;
+  f.second_publisher = inputs_.second_publisher(now);
+  if (inputs_.integrity().arrival != Stamp::min())
+    f.integrity_age = now - inputs_.integrity().arrival;
   f.ins_age = nav_.ins_age;
   f.aligned = nav_.aligned;
   f.ladar_age = nav_.ladar_age;
@@ -334,7 +310,8 @@ double BgNode::speed_share() const {
     return vj::protected_share(nav_.local.horizontal_m, nav_.local.vertical_m, speeds);
   }
   return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
-                  vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, speeds));
+                  vj::protected_share(inputs_.integrity().horizontal_m,
+                                      inputs_.integrity().vertical_m, speeds));
 }
 
 void BgNode::plan(const Cycle& cycle, const Facts& now) {
@@ -550,22 +527,7 @@ void BgNode::publish_plan(Stamp now) {
   plan_.issuer = subordinate_.command()->issuer;
   plan_.serial = subordinate_.command()->serial;
   plan_.cost = found_.cost;
-  plan_.n = static_cast<std::int32_t>(path_.size());
-  plan_.point.resize(path_.size());
-  double arrival_s = 0.0;
-  for (std::size_t k = 0; k < path_.size(); ++k) {
-    const PathPoint& p = path_[k];
-    if (k > 0) arrival_s += (p.s_m - path_[k - 1].s_m) / std::max(0.3, p.speed_mps);
-    plan_point_t& out = plan_.point[k];
-    out.utime = to_utime(now + from_seconds(arrival_s));
-    out.p_m[0] = p.place.x_m;
-    out.p_m[1] = p.place.y_m;
-    const Cell cell = terrain_.cell_at(p.place.x_m, p.place.y_m);
-    const vj::Ground ground = terrain_.at(cell);
-    out.p_m[2] = ground.known ? ground.height_m : nav_.T_local_vehicle.p.z();
-    out.yaw_rad = p.place.heading_rad;
-    out.speed_mps = p.direction * p.speed_mps;
-  }
+  write_plan(path_, terrain_, nav_.T_local_vehicle.p.z(), now, &plan_);
   plan_out_.publish(&plan_);
 }
 

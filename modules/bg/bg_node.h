@@ -3,14 +3,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "lcmtypes/rcs/drive_t.hpp"
-#include "lcmtypes/rcs/map_patch_t.hpp"
-#include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
-#include "lcmtypes/rcs/process_t.hpp"
 #include "modules/bg/bg_config.h"
+#include "modules/bg/bg_inputs_node.h"
 #include "modules/bg/bg_messages_node.h"
 #include "modules/bg/local_route_node.h"
 #include "modules/bg/planner.h"
@@ -21,7 +18,6 @@
 #include "modules/bg/unverified_ground.h"
 #include "modules/bg/way_back.h"
 #include "modules/bg/zone_node.h"
-#include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/report.h"
@@ -43,7 +39,6 @@ class BgNode final : public Node {
  private:
   void take_command();
   void take_nav(const Cycle& cycle);
-  void take_integrity(const Cycle& cycle);
   void take_map(const Cycle& cycle);
   /// Rejects the command if one of its waypoints is forbidden.
   void check_zones();
@@ -75,24 +70,17 @@ class BgNode final : public Node {
   void publish_status(const Decision& decision, Stamp now);
 
   BgConfig config_;
-  bool supervised_;
   PeriodicClock clock_;
   PeriodicClock plan_clock_;
   Subordinate subordinate_;
-  Inbox<nav_state_t> nav_states_;
-  Inbox<integrity_t> integrities_;
-  Inbox<map_patch_t> map_patches_;
-  Inbox<process_t> supervisor_;
-  std::optional<Inbox<drive_t>> drives_;  // live: what anyone commands the vehicle
-  Stamp supervisor_heard_ = Stamp::min();
+  BgInputs inputs_;
   Outbox<drive_t> drive_out_;
   Outbox<plan_t> plan_out_;
   Report report_;
 
   Nav nav_;
   Stamp nav_moved_ = Stamp::min();  // arrival of the newest message with a new sensor time
-  Integrity integrity_;
-  vj::Terrain terrain_;  // frame local
+  vj::Terrain terrain_;             // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
   ScanWatch scan_watch_;         // of terrain_

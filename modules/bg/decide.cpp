@@ -68,7 +68,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (f.second_publisher) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "SECOND_PUBLISHER",
-               "waiting because a second program publishes messages of the world model");
+               "waiting because a second program publishes what BG drives by");
   }
   if (f.nav_age > p.nav_silence) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "WM_SILENT",

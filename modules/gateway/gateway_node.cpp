@@ -16,6 +16,7 @@ namespace rcs::gateway {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
+constexpr Duration kFirstStatus = from_milliseconds(200.0);  // BG publishes one every 50 ms
 constexpr char kSelf[] = "gateway";
 constexpr char kBg[] = "bg";
 constexpr char kMission[] = "mission";
@@ -78,7 +79,10 @@ std::vector<const InboxBase*> GatewayNode::inboxes() const {
 
 void GatewayNode::run(const Cycle& cycle) {
   const Stamp now = cycle.now;
-  if (!started_) report_start(now);
+  if (!started_) {
+    started_at_ = now;
+    report_start(now);
+  }
   take_nodes(now);
   cycle.stages->mark("receive");
 
@@ -200,16 +204,31 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
                   last_refusal_, refused_);
 }
 
+namespace {
+
+/// The operator of a stop that the gateway has set; empty: unknown.
+std::string_view operator_of(const stop_t& stop) {
+  const std::string_view issuer = stop.issuer;
+  return issuer.substr(std::min(issuer.size(), sizeof kSelf));  // after "gateway:"
+}
+
+}  // namespace
+
+bool GatewayNode::is_listed_of(std::string_view operator_id) const {
+  const std::vector<stop_t>& stops = port_.status()->stop;
+  return std::any_of(stops.begin(), stops.end(), [&](const stop_t& stop) {
+    return StopLatch::is_of(stop, kSelf) && operator_of(stop) == operator_id;
+  });
+}
+
 /// The stops of a former process of the gateway are those of its operators.
 void GatewayNode::adopt_stops(Stamp now) {
   if (adopted_ || port_.status() == nullptr) return;
   adopted_ = true;
   for (const stop_t& stop : port_.status()->stop) {
     if (!StopLatch::is_of(stop, kSelf)) continue;
-    const std::string_view issuer = stop.issuer;
-    const std::string_view name = issuer.substr(std::min(issuer.size(), sizeof kSelf));
-    arbiter_.adopt_stop(name, now);
-    stops_.adopt(name);
+    arbiter_.adopt_stop(operator_of(stop), now);
+    stops_.adopt(operator_of(stop));
   }
 }
 
@@ -234,13 +253,13 @@ void GatewayNode::tell_vehicle(Stamp now) {
   const std::optional<Action> action = arbiter_.decide(now, progress);
   const bool refresh = action && action->kind == Action::Kind::kEmergencyStop;
   const auto is_listed = [this](const OperatorStops::Stop& s) {
-    if (s.number != 0) return port_.lists(s.number);
-    const std::string issuer =
-        s.operator_id.empty() ? kSelf : std::string(kSelf) + StopLatch::kOnBehalf + s.operator_id;
-    return !port_.listed_stops(issuer).empty();
+    return s.number != 0 ? port_.lists(s.number) : is_listed_of(s.operator_id);
   };
+  // A stop that DDS still has from before a restart is mostly one that BG lists: the first status
+  // of BG is waited for, so that each restart does not add another one to the latch.
+  const bool waits = !adopted_ && now - started_at_ < kFirstStatus;
   const std::optional<OperatorStops::Stop> stop =
-      stops_.update(arbiter_.engaged(), now, is_listed, refresh);
+      waits ? std::nullopt : stops_.update(arbiter_.engaged(), now, is_listed, refresh);
   for (const std::string& name : stops_.take_ended()) arbiter_.end_stop(name);
   if (stop && arbiter_.phase() == Phase::kStopped) {
     Command command =

@@ -49,6 +49,8 @@ class GatewayNode final : public Node {
               std::int64_t command_id, Stamp now);
   void tell_vehicle(Stamp now);
   void adopt_stops(Stamp now);
+  /// BG lists a stop of this operator; after its first status.
+  [[nodiscard]] bool is_listed_of(std::string_view operator_id) const;
   /// Sends a command to BG, or to the mission if it is a task.
   void send(const Command& command, Stamp now);
   void report_phase(Stamp now);
@@ -75,6 +77,7 @@ class GatewayNode final : public Node {
   std::int64_t bg_heard_ = 0;  // messages of BG so far
   std::int64_t mission_heard_ = 0;
   bool started_ = false;  // the start has been reported
+  Stamp started_at_;
   OperatorStops stops_;
   bool adopted_ = false;  // the stops of former processes of the gateway
   CommandArbiter::Phase reported_phase_ = CommandArbiter::Phase::kIdle;

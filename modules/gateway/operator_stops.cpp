@@ -13,8 +13,12 @@ OperatorStops::Entry* OperatorStops::find(std::string_view operator_id) {
 }
 
 void OperatorStops::adopt(std::string_view operator_id) {
-  if (find(operator_id) != nullptr) return;
-  entries_.push_back({{std::string(operator_id), 0}, Stamp::min(), true, true});
+  Entry* const entry = find(operator_id);
+  if (entry == nullptr) {
+    entries_.push_back({{std::string(operator_id), 0}, Stamp::min(), true, true});
+  } else if (!entry->sent) {
+    *entry = {{entry->stop.operator_id, 0}, entry->pressed, true, true};
+  }
 }
 
 void OperatorStops::press(std::string_view operator_id, Stamp now) {

@@ -1,6 +1,6 @@
 #pragma once
-// The emergency stops of the operators in the latch of BG. Each has his own, in his name, so that
-// it outlives this process as his: a release by another operator does not end it. Pure.
+// The emergency stops of the operators in the latch of BG. Each operator has one, with its name, so
+// that a release by another operator does not end it, also after a restart of this process. Pure.
 
 #include <cstdint>
 #include <functional>
@@ -21,7 +21,8 @@ class OperatorStops {
     std::int64_t number = 0;  ///< Command::stop; 0: set by a former process of the gateway
   };
 
-  /// A former process has set it: BG lists it already.
+  /// A former process has set it: BG lists it already, and one of this process is sent only if it
+  /// has been sent before.
   void adopt(std::string_view operator_id);
   /// An operator stops, or stops again.
   void press(std::string_view operator_id, Stamp now);

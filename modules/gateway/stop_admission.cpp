@@ -24,7 +24,13 @@ StopAdmission::Verdict StopAdmission::judge(const Sample& sample) {
 
 void StopAdmission::set_writers(const std::vector<Writer>& writers) {
   for (const Writer& writer : writers) {
-    if (operator_of(writer.handle) == nullptr) writers_.push_back(writer);
+    const auto known = std::find_if(writers_.begin(), writers_.end(),
+                                    [&](const Writer& w) { return w.handle == writer.handle; });
+    if (known == writers_.end()) {
+      writers_.push_back(writer);
+    } else if (known->operator_id.empty()) {
+      known->operator_id = writer.operator_id;  // it was not known at once
+    }
   }
   const auto exists = [&writers](const Writer& writer) {
     return std::any_of(writers.begin(), writers.end(),

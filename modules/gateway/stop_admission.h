@@ -2,7 +2,7 @@
 // Which samples of topic EmergencyStop are stored. DDS keeps an instance for each vehicle and
 // operator_id for as long as its writer lives, and only the newest samples of each, of whatever
 // writer: one that invents names would use up the memory and delay the samples of others, and one
-// that uses the name of another operator would displace his.
+// that uses the name of another operator would displace the samples of that one.
 
 #include <cstddef>
 #include <cstdint>

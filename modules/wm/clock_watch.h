@@ -72,8 +72,8 @@ class ClockWatch {
   class Recent {
    public:
     void add(Stamp stamp);
-    /// No stamp is within this time of it, but some are before and after it: a sample that was
-    /// overtaken. A clock that has stepped back repeats its time.
+    /// No stamp is within this time of it, and some are older: a sample that was overtaken. A clock
+    /// that has stepped back repeats its time.
     [[nodiscard]] bool lacks(Stamp stamp, Duration within) const;
 
    private:

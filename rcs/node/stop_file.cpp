@@ -111,7 +111,7 @@ std::optional<std::vector<stop_t>> stops_of(std::string_view text) {
 
 }  // namespace
 
-std::string printable(std::string text) {
+std::string printable_name(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
   return text;

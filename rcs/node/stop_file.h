@@ -36,6 +36,6 @@ Outcome check_stop_folder(const std::string& path);
 [[nodiscard]] bool sync_stop_file(const std::string& path);
 
 /// Names come from the bus and are printed on terminals.
-[[nodiscard]] std::string printable(std::string text);
+[[nodiscard]] std::string printable_name(std::string text);
 
 }  // namespace rcs

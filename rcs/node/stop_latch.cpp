@@ -98,13 +98,13 @@ void StopLatch::engage(const stop_t& stop) {
   const bool full = stops_.size() >= kMaxStops;
   if ((stop.id == 0 || full) && with_id(0)) return;
   const bool has_name = stop.id != 0 && !full;
-  stops_.push_back(has_name ? stop_t{stop.id, printable(stop.issuer)} : stop_t{});
+  stops_.push_back(has_name ? stop_t{stop.id, printable_name(stop.issuer)} : stop_t{});
   note_change();
 }
 
 StopLatch::Release StopLatch::release(const std::vector<std::int64_t>& ids, std::string_view by,
                                       bool authority, Stamp until) {
-  const std::string name = printable(std::string(by));
+  const std::string name = printable_name(std::string(by));
   const auto ends = [&](const stop_t& s) {
     const bool permitted = authority || (s.id != 0 && is_of(s, name));
     return permitted && std::find(ids.begin(), ids.end(), s.id) != ids.end();

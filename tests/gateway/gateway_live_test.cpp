@@ -237,7 +237,7 @@ TEST_F(GatewayLive, AfterARestartTheStopsInForceAreThoseOfTheirOperators) {
   vehicle_.run_for(from_seconds(1.0));
   EXPECT_TRUE(vehicle_.stopped()) << "alice has not released it";
   EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE));
-  const auto hers = client({"release", "2", "2"});
+  const auto by_alice = client({"release", "2", "2"});
   ASSERT_TRUE(takes(command_t::KIND_RELEASE)) << gateway_->output();
   vehicle_.run_for(from_seconds(1.0));
   EXPECT_FALSE(vehicle_.stopped());

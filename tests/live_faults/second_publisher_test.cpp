@@ -14,6 +14,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/events.h"
+#include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
@@ -146,6 +147,14 @@ TEST(SecondPublisher, OfAMapPatchWithoutObstacles) {
   expect_named<map_patch_t>(channel::kWmMapPatch, true, [](map_patch_t* m) {
     std::fill(m->step_cm.begin(), m->step_cm.end(), std::int16_t{0});
     std::fill(m->slope_deg.begin(), m->slope_deg.end(), std::int8_t{0});
+  });
+}
+
+TEST(SecondPublisher, OfDriveCommands) {
+  expect_named<drive_t>(channel::kBgDrive, true, [](drive_t* m) {
+    m->utime += 1'000;
+    m->speed_mps = 3.0;
+    m->brake = m->emergency_stop = 0;
   });
 }
 
