@@ -112,7 +112,7 @@ struct Info {
     "the history of the filter) or repeated, or it belongs to another map epoch. Of the INS also: "\
     "eight equal increments in a row (frozen sensor), no specific force, a specific force that "   \
     "does not point upward (exchanged or inverted axes), or six equal values of one axis in a "    \
-    "row (beyond its range).",                                                                     \
+    "row (beyond its range). Of the wheels also: eight equal samples in a row while moving.",      \
     "Invalid, frozen or not upward: correct the driver. Saturated: choose a larger range of the "  \
     "sensor. Late: check the clock of the sensor, the latency of its driver and [wm.history]. At " \
     "the start of a run the event is normal.")                                                     \

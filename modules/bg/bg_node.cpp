@@ -270,8 +270,8 @@ Facts BgNode::facts(Stamp now) const {
   f.speed_mps = nav_.speed_mps;
   f.pose_valid = nav_.pose_valid && inputs_.integrity().pose_valid;
   f.second_publisher = inputs_.second_publisher(now);
-  if (inputs_.integrity().arrival != Stamp::min())
-    f.integrity_age = now - inputs_.integrity().arrival;
+  const Stamp integrity = inputs_.integrity().arrival;
+  if (integrity != Stamp::min()) f.integrity_age = now - integrity;
   f.ins_age = nav_.ins_age;
   f.aligned = nav_.aligned;
   f.ladar_age = nav_.ladar_age;

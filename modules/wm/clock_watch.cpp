@@ -24,13 +24,33 @@ bool ClockWatch::Track::moved_by(Duration step) const {
   return step > Duration::zero() ? gained * 2 > step : gained * 2 < step;
 }
 
-void ClockWatch::Recent::add(Stamp stamp) { stamps_[count_++ % stamps_.size()] = stamp; }
+namespace {
+
+bool same_increments(const ImuSample& a, const ImuSample& b) {
+  return a.delta_angle == b.delta_angle && a.delta_v == b.delta_v;
+}
+
+}  // namespace
+
+void ClockWatch::Recent::add(const ImuSample& imu) { samples_[count_++ % samples_.size()] = imu; }
+
+bool ClockWatch::Recent::has(const ImuSample& imu) const {
+  const std::size_t n = std::min(count_, samples_.size());
+  bool found = false;
+  bool others = false;
+  for (std::size_t k = 0; k < n; ++k) {
+    const bool same = same_increments(samples_[k], imu);
+    found = found || (same && samples_[k].stamp == imu.stamp);
+    others = others || !same;
+  }
+  return found && others;
+}
 
 bool ClockWatch::Recent::lacks(Stamp stamp, Duration within) const {
-  const std::size_t n = std::min(count_, stamps_.size());
+  const std::size_t n = std::min(count_, samples_.size());
   bool older = false;
   for (std::size_t k = 0; k < n; ++k) {
-    const Duration ahead = stamps_[k] - stamp;
+    const Duration ahead = samples_[k].stamp - stamp;
     if (ahead <= within && -ahead <= within) return false;
     older = older || ahead < Duration::zero();
   }
@@ -38,6 +58,14 @@ bool ClockWatch::Recent::lacks(Stamp stamp, Duration within) const {
 }
 
 ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
+  // A driver that sends its samples twice must not hide a step: the first copies are of the old
+  // clock. One that repeats a single sample for ever is no such driver.
+  const auto is_copy = [&imu](const ImuSample& held) {
+    return held.stamp == imu.stamp && same_increments(held, imu);
+  };
+  if (recent_.has(imu) || (held_.size() > 1 && std::any_of(held_.begin(), held_.end(), is_copy))) {
+    return Verdict::kRepeated;
+  }
   if (suspected_) {
     const bool continues = imu.stamp > held_.back().stamp &&
                            imu.stamp - held_.back().stamp <= 5 * imu.interval + kForward;
@@ -61,7 +89,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   if (ins_.count == 0 || imu.stamp == ins_.stamp) {
     if (ins_.count == 0) {
       ins_.add(imu.stamp, arrival);
-      recent_.add(imu.stamp);
+      recent_.add(imu);
     }
     return Verdict::kPass;
   }
@@ -77,7 +105,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   const bool backward = known && passed * 2 <= -imu.interval && imu.stamp > disorder_ &&
                         !recent_.lacks(imu.stamp, imu.interval / 2);
   if (!forward && !backward) {
-    recent_.add(imu.stamp);
+    recent_.add(imu);
     if (passed < Duration::zero()) return Verdict::kPass;
     ins_.add(imu.stamp, arrival);
     if (silence) ins_.best = std::max(ins_.best, ins_.lead);
@@ -145,7 +173,7 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
 void ClockWatch::settle(const ClockStep& step, Stamp now) {
   suspected_ = false;
   recent_ = {};
-  for (const ImuSample& held : held_) recent_.add(held.stamp);
+  for (const ImuSample& held : held_) recent_.add(held);
   ins_.stamp = held_.back().stamp;
   ins_.other = last_held_arrival_;
   ins_.best += step.step;

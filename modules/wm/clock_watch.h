@@ -28,7 +28,8 @@ class ClockWatch {
 
   enum class Verdict {
     kPass,
-    kHeld  ///< waits until the suspected step is resolved: see resolve()
+    kHeld,     ///< waits until the suspected step is resolved: see resolve()
+    kRepeated  ///< a copy of one of the newest samples: to be dropped
   };
   /// @param imu  with its stamp as received
   Verdict add(const ImuSample& imu, Stamp arrival);
@@ -68,16 +69,18 @@ class ClockWatch {
     /// Its newest stamp has changed as by this step.
     [[nodiscard]] bool moved_by(Duration step) const;
   };
-  /// The newest stamps of the INS.
+  /// The newest samples of the INS.
   class Recent {
    public:
-    void add(Stamp stamp);
+    void add(const ImuSample& imu);
+    /// With the same stamp and increments; false where all have the same, without noise.
+    [[nodiscard]] bool has(const ImuSample& imu) const;
     /// No stamp is within this time of it, and some are older: a sample that was overtaken. A clock
     /// that has stepped back repeats its time.
     [[nodiscard]] bool lacks(Stamp stamp, Duration within) const;
 
    private:
-    std::array<Stamp, 64> stamps_{};
+    std::array<ImuSample, 64> samples_{};
     std::size_t count_ = 0;
   };
   [[nodiscard]] std::optional<bool> has_stepped(Clock clock, Stamp now) const;

@@ -74,7 +74,9 @@ void Estimator::resume(const Continuation& from) {
 
 Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
   if (!started_ || arrival == Stamp::min()) return add_inertial(imu, arrival);
-  if (clocks_.add(imu, arrival) == ClockWatch::Verdict::kHeld) return Reason::kAccepted;
+  const ClockWatch::Verdict verdict = clocks_.add(imu, arrival);
+  if (verdict == ClockWatch::Verdict::kRepeated) return Reason::kRepeated;
+  if (verdict == ClockWatch::Verdict::kHeld) return Reason::kAccepted;
   const Reason held = clocks_.take_dropped() ? Reason::kInvalid : add_held();
   const Reason own = add_inertial(imu, arrival);
   return own == Reason::kAccepted ? held : own;

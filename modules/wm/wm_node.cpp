@@ -197,9 +197,15 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
 }
 
 void WmNode::take(const odometry_t& m, Stamp now) {
+  const bool repeats = !odometry_content_.add(m);
   const std::optional<OdometrySample> sample = admit(m);
   if (!sample) {
     tell_refused(odometry_, Reason::kInvalid, now, &report_);
+    return;
+  }
+  if (repeats) {
+    tell_refused(odometry_, "eight equal samples in a row while moving (frozen sensor)", now,
+                 &report_);
     return;
   }
   // The mean of an interval is the value at its middle.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "lcmtypes/ins_content.h"
+#include "lcmtypes/odometry_content.h"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
@@ -94,6 +95,7 @@ class WmNode final : public Node {
   AlignmentWatch alignment_;
   bool fixes_have_velocity_ = false;
   InsContent ins_content_;
+  OdometryContent odometry_content_;
   TerrainDesk terrain_;
   std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <optional>
@@ -61,6 +62,52 @@ std::optional<double> right(double /*t*/) { return 0.0; }
 
 auto shifted(double from_s, double to_s, double by_s) {
   return [=](double t) { return std::optional(t > from_s && t < to_s ? by_s : 0.0); };
+}
+
+/// Every sample of the INS is sent again 34 ms later, while all clocks step.
+Seen run_with_copies(double step_s, bool of_all) {
+  ClockWatch watch;
+  Seen seen;
+  std::vector<ImuSample> sent;
+  for (int i = 1; i < 2000; ++i) {
+    const double t = 0.01 * i;
+    const double by_s = t > 10.003 ? step_s : 0.0;
+    const Vec3 noise(1e-4 * std::sin(1e3 * i), 0.0, 0.0);
+    sent.push_back({Stamp(from_seconds(t + by_s)), kPeriod, noise, Vec3::Zero()});
+    const auto send = [&](const ImuSample& imu, double at_s) {
+      if (watch.add(imu, Stamp(from_seconds(500.0 + at_s))) == ClockWatch::Verdict::kPass) {
+        seen.samples += 1 + static_cast<int>(watch.held().size());
+        watch.clear_held();
+      }
+    };
+    send(sent.back(), t);
+    if (i > 3) send(sent[sent.size() - 4], t + 0.004);
+    const Stamp now(from_seconds(500.005 + t));
+    if (i % 5 == 0) {
+      const double of_wheels_s = of_all ? by_s : 0.0;
+      if (watch.add(Clock::kOdometry, Stamp(from_seconds(t + of_wheels_s)), now)) ++seen.odometry;
+    }
+    if (const std::optional<ClockStep> step = watch.resolve(now)) {
+      seen.steps.push_back(*step);
+      seen.samples += static_cast<int>(watch.held().size());
+      watch.clear_held();
+    }
+  }
+  seen.shift = watch.ins_shift();
+  return seen;
+}
+
+TEST(ClockWatch, CopiesOfSamplesHideNoStep) {
+  for (const double by_s : {0.2, -0.2, -0.5468, -0.55, -3.0}) {
+    for (const bool of_all : {true, false}) {
+      const Seen seen = run_with_copies(by_s, of_all);
+      ASSERT_EQ(seen.steps.size(), 1U) << by_s << of_all;
+      EXPECT_EQ(seen.steps[0].of_all, of_all) << by_s;
+      EXPECT_NEAR(seconds(seen.steps[0].step), by_s, 1e-3);
+      EXPECT_EQ(seen.samples, 1999) << "each sample once";
+      EXPECT_GT(seen.odometry, 380);
+    }
+  }
 }
 
 TEST(ClockWatch, PermanentAndTemporaryStepsOfAllClocksAreFollowed) {

@@ -90,6 +90,63 @@ TEST(SuccessiveFaults, StuckWheelsAreExcludedAlsoWithAFaultyIns) {
   }
 }
 
+// The filter rejects the wheels until it is uncertain, after the gap.
+TEST(SuccessiveFaults, WheelsThatWereRejectedAreNotUsedAfterAGapOfTheIns) {
+  for (const double bias_mps : {2.5, -2.5}) {
+    Disturbance d;
+    d.has_fix = [](double t) { return t < 30.0; };
+    d.has_ins = [](double t) { return t < 45.0 || t > 45.6; };
+    d.wheels = [=](double t, OdometrySample* wheels) {
+      if (t > 35.0 && t < 55.0) wheels->speed_mps += bias_mps;
+    };
+    const Seen seen = drive(80.0, d, 1, 30.0);
+    std::printf("%.1f m/s: worst %.2f m\n", bias_mps, seen.worst_m);
+    EXPECT_LT(first(seen, Finding::kOdometryFaulty), 38.5) << bias_mps;
+    EXPECT_LT(first(seen, Finding::kOdometryReadmitted), 80.0) << bias_mps;
+    EXPECT_LT(seen.worst_m, 1.5) << bias_mps;
+    EXPECT_EQ(seen.beyond_protection, 0) << bias_mps;
+  }
+}
+
+// Where the LADAR observes hardly any heading, a filter by the LADAR alone agrees with any.
+TEST(SuccessiveFaults, WithoutWheelsAnInsIsNotReadmittedForAgreeingWithAnUncertainFilter) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 30.0; };
+  d.match = [](double, RollingMatch* match) {
+    match->information.row(5) *= 1e-4;
+    match->information.col(5) *= 1e-4;
+  };
+  d.ins = [](double t, ImuSample* imu) {
+    if (t > 40.0 && t < 70.0) imu->delta_angle.z() += 0.03 * seconds(imu->interval);
+  };
+  d.wheels = [](double t, OdometrySample* wheels) {
+    if (t < 42.0 || t > 75.0) return;
+    wheels->speed_mps = 11.0;
+    wheels->yaw_rate_radps = 0.0;
+  };
+  const Seen seen = drive(80.0, d, 1, 30.0);
+  std::printf("worst %.2f m, outside %d of %d\n", seen.worst_m, seen.beyond_protection,
+              seen.samples);
+  EXPECT_GT(first(seen, Finding::kInsReadmitted), 70.0);
+}
+
+// The gyro keeps roll and pitch: a bias of the forces is none of the tilt.
+TEST(SuccessiveFaults, AnInsIsReadmittedWithItsBiasAndNotWithAnotherTilt) {
+  for (const double bias_mps2 : {0.57, -0.57}) {
+    const InsFault fault = accel_bias({bias_mps2, 0.0, 0.0});
+    Disturbance d;
+    d.has_fix = [](double t) { return t < 30.0; };
+    d.ins = [&fault](double t, ImuSample* imu) {
+      if (t > 40.0) fault.apply(imu);
+    };
+    const Seen seen = drive(100.0, d, 1, 30.0);
+    std::printf("%.2f m/s2: height off by %.2f m, outside %d of %d\n", bias_mps2, seen.end_up_m,
+                seen.above_protection, seen.samples);
+    EXPECT_LT(std::abs(seen.end_up_m), 0.6) << bias_mps2;
+    EXPECT_EQ(seen.above_protection, 0) << bias_mps2;
+  }
+}
+
 // Spoofed first and jammed before the test has decided.
 TEST(SuccessiveFaults, AWrongGpsThatFallsSilentLeavesNoErrorBeyondTheLevel) {
   for (const auto& [drift_mps, after_s] : {std::pair{0.3, 6.0},

@@ -64,7 +64,8 @@ void StimulatedSource::release_held() {
 
 void StimulatedSource::pass(SourceEvent event, Stamp due) {
   const double time_s = begin_ ? seconds(due - *begin_) : -1.0;
-  std::vector<SourceEvent> after;  // released after this one
+  std::vector<SourceEvent> after;      // released after this one
+  std::vector<double> again_after_ms;  // of what the other stimuli make of it
   Stamp arrival = due;
   for (Active& a : active_) {
     const Stimulus& s = a.stimulus;
@@ -80,7 +81,7 @@ void StimulatedSource::pass(SourceEvent event, Stamp due) {
         arrival += from_milliseconds(s.delay_ms);
         break;
       case StimulusKind::kRepeat:
-        ready_.emplace(arrival + from_milliseconds(s.delay_ms), event);
+        again_after_ms.push_back(s.delay_ms);
         break;
       case StimulusKind::kReorder:
         if (!a.held) {
@@ -95,6 +96,7 @@ void StimulatedSource::pass(SourceEvent event, Stamp due) {
         break;
     }
   }
+  for (const double ms : again_after_ms) ready_.emplace(arrival + from_milliseconds(ms), event);
   ready_.emplace(arrival, std::move(event));
   for (SourceEvent& held : after) ready_.emplace(arrival, std::move(held));
 }

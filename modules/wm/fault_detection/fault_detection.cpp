@@ -375,8 +375,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
 
 std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
                                         const FilterState& belief) {
-  const bool stuck = wheels_are_stuck(m);
-  if (stuck && !belief.memory.withheld.wheels) return exclude_odometry(belief, model.params.modes);
+  const bool wrong = wheels_are_stuck(m) || wheels_are_refused(belief);
+  if (wrong && !belief.memory.withheld.wheels) return exclude_odometry(belief, model.params.modes);
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)

@@ -214,6 +214,7 @@ class Trust {
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
+  [[nodiscard]] bool wheels_are_refused(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
   FilterState exclude_odometry(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,

@@ -37,8 +37,9 @@ constexpr Duration kConsequence = from_seconds(10.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
 constexpr double kSame2 = 9.21;                       // chi-square, 99 %, 2 dof and 1 dof
 constexpr double kSame1 = 6.63;
-constexpr int kAgreeing = 10;      // measurements that readmit the INS, at least
-constexpr int kShareAgreeing = 9;  // accepted ones for each rejected one
+constexpr double kSameHeading_rad = 0.035;  // since the comparison began
+constexpr int kAgreeing = 10;               // measurements that readmit the INS, at least
+constexpr int kShareAgreeing = 9;           // accepted ones for each rejected one
 // Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
 // right again. A fault that lasts may be another bias.
 constexpr Duration kOtherBiases = from_seconds(15.0);
@@ -454,10 +455,18 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
     if (began_during_the_fault) ins_right_ = {};
     return std::nullopt;
   }
+  // A filter without INS and wheels is so uncertain that it agrees with every heading.
+  const double turned_rad = log_so3(belief.belief.x.T_world_vehicle.q.conjugate() *
+                                    ins_right_.state.belief.x.T_world_vehicle.q)
+                                .norm();
+  // With the gyro the filter knows its tilt: forces that change it are wrong.
+  const bool confirmed =
+      (uses_wheels(belief) || turned_rad < kSameHeading_rad) &&
+      (!belief.memory.withheld.force || tilt_difference(belief, ins_right_.state) <= kSame2);
   // A false readmission is worse than a late one.
   if (difference(belief, ins_right_.state, params_.floor_m) > kSame2 ||
       heading_difference(belief, ins_right_.state) > kSame1 ||
-      votes_.contradict_ins_since(turns_of_ins_right_)) {
+      votes_.contradict_ins_since(turns_of_ins_right_) || !confirmed) {
     ins_right_ = {};
     return std::nullopt;
   }

@@ -20,6 +20,11 @@ constexpr int kDiffering = 2;  // in a row: a single registration may be wrong, 
 constexpr double kStuck_mps = 0.3;
 constexpr double kStuckShare = 0.05;
 
+// Wheels that every filter rejects although its motion is confirmed.
+constexpr Duration kRefusedFor = from_seconds(2.0);
+constexpr int kRefusedSamples = 8;
+constexpr Duration kConfirmed = from_seconds(0.5);  // age of a match or fix
+
 bool same(double a_mps, double b_mps) {
   return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
 }
@@ -84,6 +89,24 @@ bool Trust::wheels_are_stuck(const Measurement& m) {
   stuck_.map_epoch = match->map_epoch;
   stuck_.differing = differs ? stuck_.differing + 1 : 0;
   return stuck_.differing >= kDiffering;
+}
+
+/// The filter has rejected the wheels for long while LADAR or GPS confirm its motion, and no other
+/// source is suspect. Otherwise it would accept them as soon as it is uncertain, after a short gap
+/// of the INS.
+bool Trust::wheels_are_refused(const FilterState& belief) const {
+  const Stamp now = belief.belief.x.stamp;
+  const Memory& m = belief.memory;
+  const SourceRecord& wheels = m.of(Source::kOdometry);
+  if (wheels.refused < kRefusedSamples || wheels.accepted > now - kRefusedFor) return false;
+  const auto confirms = [&](Source source) {
+    return m.of(source).refused == 0 && m.of(source).accepted > now - kConfirmed;
+  };
+  const bool suspect = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > kCalm ||
+                       ins_by_ladar_.ratio > kInsCalm || violates_constraint(kSuspectAcross);
+  const bool follows = m.of(Source::kNonHolonomic).refused == 0;
+  return uses_forces(belief) && follows && !suspect && m.odometry_heard > now - kConfirmed &&
+         (confirms(Source::kRolling) || confirms(Source::kGpsVelocity));
 }
 
 FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams& modes) {

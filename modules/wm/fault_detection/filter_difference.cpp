@@ -27,6 +27,19 @@ double heading_difference(const FilterState& less, const FilterState& more) {
   return d * d / (std::max(known, 0.0) + kFloor * kFloor);
 }
 
+double tilt_difference(const FilterState& less, const FilterState& more) {
+  constexpr double kFloor = 3e-3;  // [rad], for errors that are not modelled
+  const Vec3 turned =
+      log_so3(less.belief.x.T_world_vehicle.q.conjugate() * more.belief.x.T_world_vehicle.q);
+  double sum = 0.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    const int k = kAttitude + axis;
+    const double known = less.belief.P(k, k) - more.belief.P(k, k);
+    sum += turned[axis] * turned[axis] / (std::max(known, 0.0) + kFloor * kFloor);
+  }
+  return sum;
+}
+
 Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params, double floor_m) {
   const Residual<3> r = gps_position(s.belief.x, z, params);
   Mat3 S = r.H * s.belief.P * r.H.transpose() + r.R;

@@ -22,6 +22,9 @@ inline Mat<2, 2> horizontal(const FilterState& s) {
 /// The same of the heading. A rotated map changes the heading long before the position.
 [[nodiscard]] double heading_difference(const FilterState& less, const FilterState& more);
 
+/// The same of roll and pitch.
+[[nodiscard]] double tilt_difference(const FilterState& less, const FilterState& more);
+
 /// Normalized innovations squared of a fix.
 struct Nis {
   double horizontal = 0.0;  ///< 2 dof
