@@ -30,6 +30,7 @@ double gravity_in(double specific_force, const ProcessNoise& ins) {
   return standard + share * (specific_force - standard);
 }
 
+constexpr double kFusedNext = 3.0;  // of a sigma, as for positions
 constexpr double kSideSlip = 0.1;   // of a car, over its speed
 constexpr double kSameSpeed = 0.3;  // share by which two speeds of one vehicle may differ
 
@@ -226,8 +227,9 @@ std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
     if (std::abs(faster) > allowed) return std::nullopt;
     const double own_course = std::atan2(own.y(), own.x());
     const double yaw = wrap_angle(course - own_course);
+    // The fix is fused next, with those of the last second: here it only chooses where to begin.
     return Anchor{turn_and_shift(yaw, p_old, fix.p_world),
-                  std::hypot(sigma_gps, sigma_own),
+                  kFusedNext * std::hypot(sigma_gps, sigma_own),
                   sigma_m,
                   stamp,
                   {}};

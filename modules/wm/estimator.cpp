@@ -387,6 +387,7 @@ void Estimator::find_heading() {
     history_.amend(earth_at(datum_->datum()),
                    [&found](FilterState* oldest) { anchor(*found, oldest); });
     trust_.clear();
+    trust_.begin_fixes(w.stamp);
     history_.fuse(&innovations_);
     waiting_.clear();
     heading_.clear();

@@ -169,5 +169,20 @@ TEST(GpsSigma, IsBoundedBelowByFixTypeAndGeometry) {
   EXPECT_EQ((*worth(Vec3::Constant(3.0), {Fix::kFixed, 0, 0.0, 0.0}))[0], 3.0);
 }
 
+// A streak of the receiver's noise turns the first heading by some standard deviations. The next
+// fixes correct it; a motion without fixes that began before would contradict them.
+TEST(FaultDetection, AWrongFirstHeadingIsNoFaultOfGps) {
+  for (const double off_mps : {0.1, -0.1}) {
+    Disturbance d;
+    d.velocity_off = [=](double t) {
+      return Vec3(t < 7.0 ? off_mps : 0.0, t < 7.0 ? off_mps : 0.0, 0.0);
+    };
+    const Seen seen = drive(40.0, d, 1, 8.0);
+    std::printf("%.1f m/s: worst %.2f m\n", off_mps, seen.worst_m);
+    EXPECT_FALSE(seen.found(Finding::kGpsFaulty)) << off_mps;
+    EXPECT_LT(seen.worst_m, 2.0) << off_mps;
+  }
+}
+
 }  // namespace
 }  // namespace rcs::wm

@@ -73,5 +73,22 @@ TEST(OdometryFault, HealthyWheelsAreNotExcludedForADriftOfTheFixes) {
   }
 }
 
+// The velocity by an INS with a wrong heading is not along the vehicle; its speed is that of the
+// wheels.
+TEST(OdometryFault, WheelsAreNotBlamedForAHeadingThatTheGyroTurned) {
+  Disturbance d;
+  d.match = [](double, RollingMatch* match) {
+    match->information.row(5) *= 1e-4;
+    match->information.col(5) *= 1e-4;
+  };
+  d.ins = [](double t, ImuSample* imu) {
+    if (t > kFault_s && t < kOver_s) imu->delta_angle.z() *= 0.6;
+  };
+  const Seen seen = drive(kEnd_s, d);
+  std::printf("worst %.2f m, outside %d\n", seen.worst_m, seen.beyond_protection);
+  EXPECT_FALSE(seen.found(Finding::kOdometryFaulty));
+  EXPECT_LT(seen.worst_m, 5.0);
+}
+
 }  // namespace
 }  // namespace rcs::wm

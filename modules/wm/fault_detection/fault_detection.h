@@ -89,6 +89,9 @@ class Trust {
   /// The filter has been restarted: discards all sub-filters and tests.
   void clear();
 
+  /// Frame world has been initialized from fixes: they still correct the heading for a while.
+  void begin_fixes(Stamp now) { gps_fused_from_ = now; }
+
   /// @param m  the next input whose place in time is final
   /// @param next_imu  as for advance()
   /// @param belief  the state of the main filter after m
@@ -215,6 +218,7 @@ class Trust {
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
   [[nodiscard]] bool wheels_are_refused(const FilterState& belief) const;
+  [[nodiscard]] bool wheels_contradict_ins(const FilterState& others) const;
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
   FilterState exclude_odometry(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,
@@ -278,8 +282,9 @@ class Trust {
 
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
-  // After the readmission of GPS. A sub-filter that branched before its fixes were fused keeps what
-  // they correct, above all the heading, and would contradict them within seconds.
+  // After the first fixes, and the readmission of GPS. A sub-filter that branched before its fixes
+  // were fused keeps what they correct, above all the heading, and would contradict them within
+  // seconds.
   static constexpr Duration kFixesSettle = from_seconds(3.0);
   static constexpr Duration kYoung =
       from_seconds(1.0);  // age before which a sub-filter is not tested
@@ -292,6 +297,7 @@ class Trust {
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;
+  static constexpr int kHeldFixes = 10;  // positions and velocities that keeps_gps_ has accepted
 
   TrustParams params_;
   SourceMonitors monitors_;
@@ -355,7 +361,8 @@ class Trust {
   static constexpr Duration kUntested = from_seconds(20.0);
   Stamp untested_since_ = Stamp::max();  ///< a gap of the INS; max(): sub-filters have branched
   Stamp gps_judged_ = Stamp::min();      ///< newest fix
-  Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
+  /// First fix, or readmitted; the filter moves to it for a while.
+  Stamp gps_fused_from_ = Stamp::min();
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch

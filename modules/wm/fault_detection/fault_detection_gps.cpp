@@ -196,8 +196,7 @@ bool Trust::gps_is_right(Stamp now) const {
   constexpr double kVotes = 0.5;
   constexpr double kLikelihood = 25.0;  // logarithm of the ratio; without a fault up to 20
   constexpr double kLikely = 5.0;       // if the INS is suspect for another reason
-  constexpr int kHeld = 10;             // positions and velocities
-  if (!accepts_fixes(keeps_gps_) || keeps_gps_.agreed < kHeld) return false;
+  if (!accepts_fixes(keeps_gps_) || keeps_gps_.agreed < kHeldFixes) return false;
   const std::optional<double> shape = course_shape_.gyro_against_fixes();
   if (!shape) return false;
   // An INS that was readmitted during its fault has estimated other biases.

@@ -383,13 +383,15 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   const Stamp now = belief.belief.x.stamp;
   // A rotation that is wrong, too, has spoilt the younger ones.
   const bool in_part_before = belief.memory.withheld.force;
-  const bool fixes_are_right = gps_is_right(now);
+  // GPS was excluded for contradicting the filter of which the INS is now known to be wrong.
+  const bool fixes_are_right =
+      gps_is_right(now) || (accepts_fixes(keeps_gps_) && keeps_gps_.agreed >= kHeldFixes);
   FilterState next = fixes_are_right  ? keeps_gps_.state
                      : in_part_before ? without_ins_.state
                                       : without_ins_since_the_fault().state;
   next.memory.withheld = belief.memory.withheld;
   if (fixes_are_right) next.memory.withheld.gps = false;
-  // GPS was excluded for contradicting a filter that the INS had caused to diverge.
+  // Likewise without that filter, soon after.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
   if (belief.memory.gps_accused && fix > now - kConsequence) {
     next.memory.withheld.gps = next.memory.gps_accused = false;

@@ -98,6 +98,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
     return exclude_odometry(belief, modes);
   }
   if (!by_fixes && is_left_by_gps(now)) {
+    if (wheels_contradict_ins(without_ladar_.state)) return exclude_odometry(belief, modes);
     if (without_gps_.alive()) return exclude_gps(false, belief, modes);
     without_ladar_ = without_ladar_young_ = {};
     return std::nullopt;

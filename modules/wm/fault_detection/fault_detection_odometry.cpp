@@ -31,15 +31,29 @@ bool same(double a_mps, double b_mps) {
 
 }  // namespace
 
+/// The speed of the wheels, which this sub-filter uses, is not that by the INS alone.
+bool Trust::wheels_contradict_ins(const FilterState& others) const {
+  if (!uses_wheels(others) || !inertial_.subfilter.alive()) return false;
+  const NavState& ins = inertial_.subfilter.state.belief.x;
+  const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
+  return !same(others.memory.odometry_mps, ahead_mps);
+}
+
 /// Of what contradicts the fixes, wheels are left: the INS supports the fixes, the LADAR does not
 /// contradict the INS, and the wheels do.
 bool Trust::wheels_are_left(const Model& model, const GpsFix& z) const {
   const FilterState& others = without_gps_.state;
-  if (!uses_wheels(others) || !inertial_.subfilter.alive()) return false;
+  if (!wheels_contradict_ins(others)) return false;
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
-  return !same(others.memory.odometry_mps, ahead_mps) && ins_by_ladar_.ratio <= kCalm &&
-         !violates_constraint(kFollowsConstraint) &&
+  // With a wrong heading the velocity by the INS is not along the vehicle: the speed is the same.
+  const double wheels_mps = others.memory.odometry_mps;
+  const auto as_fast_as = [&](double mps) {
+    return std::abs(std::abs(wheels_mps) - mps) < 0.5 * std::abs(wheels_mps - ahead_mps);
+  };
+  const bool as_fast =
+      as_fast_as(ins.v_world.norm()) || (z.has_velocity && as_fast_as(z.v_world.norm()));
+  return !as_fast && ins_by_ladar_.ratio <= kCalm && !violates_constraint(kFollowsConstraint) &&
          (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter));
 }
 
