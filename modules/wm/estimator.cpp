@@ -86,7 +86,9 @@ Reason Estimator::add_inertial(ImuSample imu, Stamp arrival) {
   if (started_) {
     imu.stamp += clocks_.ins_shift();
     const Stamp begin = imu.stamp - imu.interval;
-    if (begin - newest_imu_ > kBlind && begin - newest_imu_ <= params_.history.jump) {
+    // The others may have continued when the INS fell silent.
+    const Stamp newest = std::max(newest_imu_, history_.head().belief.x.stamp);
+    if (begin - newest > kBlind && begin - newest <= params_.history.jump) {
       fuse();
       if (begin - history_.head().belief.x.stamp > kBlind) begin_after_silence(begin);
     }

@@ -117,6 +117,19 @@ TEST(EstimatorSilence, OfAllSourcesEndsWithTheFirstFixes) {
   }
 }
 
+// The silence begins for the INS long before it does for the others.
+TEST(EstimatorSilence, OfAllSourcesWhileTheInsIsSilentEndsWithTheFirstFixes) {
+  for (const double from_s : {30.0, 34.0, 37.0}) {
+    Fault fault;
+    fault.ins_silent = [=](double t) { return t > from_s && t < from_s + 8.0; };
+    fault.others_silent = [=](double t) { return t > from_s + 3.5 && t < from_s + 8.0; };
+    const Seen seen = drive(fault);
+    EXPECT_EQ(seen.gps, Trusted::kFully) << from_s;
+    EXPECT_LT(seen.end_m, 1.5) << from_s;
+    EXPECT_EQ(seen.findings, 0) << from_s;
+  }
+}
+
 TEST(EstimatorSilence, ACommonClockStepMovesNothing) {
   for (const double step_s : {0.05, 0.2, 3.0, -0.2, -3.0}) {
     for (const double until_s : {40.003, 1e9}) {
