@@ -73,7 +73,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  std::vector<const InboxBase*> all = {&subordinate_.inbox()};
+  std::vector<const InboxBase*> all = {&subordinate_.inbox(), &subordinate_.stop_inbox()};
   for (const InboxBase* inbox : inputs_.inboxes()) all.push_back(inbox);
   if (zones_.inbox() != nullptr) all.push_back(zones_.inbox());
   return all;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "modules/gateway/operator_commands.h"
+#include "rcs/dds/log.h"
 
 namespace rcs::gateway {
 namespace {
@@ -157,6 +158,7 @@ std::string partition_of_writer(dds_entity_t reader, dds_instance_handle_t write
 
 Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
                                                const std::string& vehicle) {
+  dds::log_without_waiting();
   std::unique_ptr<DdsLink> link(new DdsLink(vehicle));
   const auto domain = static_cast<dds_domainid_t>(params.network.domain);
   link->domain_ = dds::Entity(dds_create_domain(

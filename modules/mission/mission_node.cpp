@@ -83,7 +83,8 @@ MissionNode::MissionNode(const MissionConfig& config, Bus* bus, std::optional<Ro
       report_(bus, config.info.name, kReportInterval) {}
 
 std::vector<const InboxBase*> MissionNode::inboxes() const {
-  return {&subordinate_.inbox(), &port_.inbox(), &nav_states_, &integrities_, &planner_.inbox()};
+  return {&subordinate_.inbox(), &subordinate_.stop_inbox(), &port_.inbox(), &nav_states_,
+          &integrities_,         &planner_.inbox()};
 }
 
 void MissionNode::run(const Cycle& cycle) {

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "rcs/cdr/cdr_writer.h"
+#include "rcs/dds/log.h"
 #include "ros2_topics.h"
 
 namespace rcs::ros2_bridge {
@@ -89,6 +90,7 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const dds::Network& network,
                                                const std::vector<DdsOutput>& outputs,
                                                const std::vector<DdsInput>& inputs,
                                                std::size_t max_sample_bytes) {
+  dds::log_without_waiting();
   std::unique_ptr<DdsLink> link(new DdsLink());
   const auto domain = static_cast<dds_domainid_t>(network.domain);
   link->domain_ = dds::Entity(

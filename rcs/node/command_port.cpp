@@ -169,6 +169,7 @@ Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view comma
       boot_id_(bus->publisher().boot_id),
       commands_(bus, command_channel, 16),
       stops_(bus, stop_channel, command_channel),
+      stop_counts_(bus, stop_channel, 1),
       statuses_(bus, status_channel) {
   status_.node = node;
   status_.boot_id = boot_id_;
@@ -177,6 +178,7 @@ Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view comma
 void Subordinate::take(Stamp now, bool only_stops) {
   if (!start_) start_ = now;
   is_new_ = false;
+  while (!stop_counts_.empty()) stop_counts_.pop();
   // The other commands wait, whether they arrived before it or after.
   if (take_stop(only_stops) || only_stops) return;
   for (; !commands_.empty(); commands_.pop()) {

@@ -186,6 +186,8 @@ class Subordinate {
 
   [[nodiscard]] const Account& account() const { return account_; }
   [[nodiscard]] const InboxBase& inbox() const { return commands_; }
+  /// Counts the messages on the channel of the stops.
+  [[nodiscard]] const InboxBase& stop_inbox() const { return stop_counts_; }
 
  private:
   struct Issuer {
@@ -201,6 +203,7 @@ class Subordinate {
   std::int64_t boot_id_;
   Inbox<command_t> commands_;
   StopReceiver stops_;
+  Inbox<command_t> stop_counts_;  // for the account only
   Outbox<status_t> statuses_;
   std::optional<Stamp> start_;
   std::array<Issuer, 8> issuers_;

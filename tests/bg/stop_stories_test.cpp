@@ -10,30 +10,31 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
-#include <random>
-#include <set>
 #include <string>
 #include <vector>
 
-#include "rcs/node/stop_receiver.h"
 #include "tests/bg/bg_life.h"
+#include "tests/bg/stop_sequence.h"
 #include "tests/support/fresh_folder.h"
 
 namespace rcs::bg {
 namespace {
 
 namespace fs = std::filesystem;
+using test::DrawnEvent;
 using test::kGoto;
 using test::kRelease;
-using test::kStop;
 using test::Life;
+using test::SequenceDraw;
+using test::StopLaw;
 
 constexpr int kStories = 1000;
 constexpr int kSteps = 50;
 constexpr Duration kCycle = from_milliseconds(50.0);
-const char* const kIssuers[] = {"operator", "gateway", "radio"};  // only the first is an authority
+constexpr Duration kReleaseWithin = from_milliseconds(225.0);  // BG may wait behind a stop
+const std::vector<std::string> kIssuers = {"operator", "gateway",
+                                           "radio"};  // only the first is an authority
 
 /// Plans less than on a vehicle: the test is about stops.
 BgConfig quick() {
@@ -53,22 +54,26 @@ struct Seen {
 class Story {
  public:
   Story(unsigned seed, const fs::path& folder, Seen* seen)
-      : random_(seed), file_((folder / "v.stop").string()), seen_(seen) {
+      : draw_(seed, kIssuers,
+              [this](std::int8_t kind, const std::string& issuer) {
+                now_ += Duration(1);
+                return life_->command(kind, issuer);
+              }),
+        law_(kIssuers[0], kReleaseWithin),
+        file_((folder / "v.stop").string()),
+        seen_(seen) {
     start();
   }
 
   void run() {
     for (int step = 0; step < kSteps && !testing::Test::HasFailure(); ++step) {
-      if (step < kSteps / 3 ? below(4) == 0 : below(2) == 0) happen();
+      if (step < kSteps / 3 ? draw_.below(4) == 0 : draw_.below(2) == 0) happen();
       cycle();
     }
     if (!testing::Test::HasFailure()) end_well();
   }
 
  private:
-  int below(int n) { return std::uniform_int_distribution<>(0, n - 1)(random_); }
-  std::string issuer() { return kIssuers[below(3)]; }
-
   void start() {
     Result<StopLatch> latch = StopLatch::open(file_);
     ASSERT_TRUE(latch.ok());
@@ -76,14 +81,13 @@ class Story {
     life_->world = life_->moves = true;
     life_->speed_mps = speed_mps_;
     life_->x_m = x_m_;
-    released_here_.clear();
-    releases_.clear();
-    arriving_.clear();  // what had not been delivered is lost
+    law_.restarted(boot_, false);  // a command that had not been delivered is lost
   }
   /// The vehicle stops by itself meanwhile.
   void die(int cycles) {
-    if (!in_force_.empty()) ++seen_->kills_while_stopped;
-    keep_vehicle();
+    if (!law_.in_force().empty()) ++seen_->kills_while_stopped;
+    speed_mps_ = life_->speed_mps;
+    x_m_ = life_->x_m;
     life_.reset();
     for (; cycles > 0; --cycles) {
       now_ += kCycle;
@@ -92,86 +96,29 @@ class Story {
     }
     start();
   }
-  void keep_vehicle() {
-    speed_mps_ = life_->speed_mps;
-    x_m_ = life_->x_m;
-  }
 
-  command_t fresh(std::int8_t kind) {
-    now_ += Duration(1);
-    command_t m = life_->command(kind, issuer());
-    if (kind == kStop && below(4) > 0) {
-      m.n_stops = 1;
-      m.stop_id = {std::uniform_int_distribution<std::int64_t>(1)(random_)};
+  void send(const command_t& m) {
+    const std::size_t before = law_.in_force().size();
+    law_.take(m, now_);
+    if (law_.in_force().size() > before && std::abs(life_->speed_mps) > 0.3) {
+      ++seen_->stops_in_motion;
     }
-    if (kind == kRelease && !m.stop_id.empty() && below(4) == 0) {
-      m.stop_id.erase(m.stop_id.begin() + below(static_cast<int>(m.stop_id.size())));
-      m.n_stops = static_cast<std::int32_t>(m.stop_id.size());
-    }
-    return m;
-  }
-  std::int8_t any_kind() {
-    constexpr std::int8_t kKinds[] = {kGoto, kStop, kRelease, command_t::KIND_HALT};
-    return kKinds[below(4)];
-  }
-  void send(const command_t& m, bool legal) {
-    if (m.kind == kStop) arriving_[stop_id_of(m)] = m.issuer;
-    if (m.kind == kRelease && legal) releases_.push_back({m, 4});
-    sent_.push_back(m);
+    draw_.remember(m);
     life_->send(m);
   }
 
   void happen() {
-    switch (below(12)) {
-      case 0:
-      case 1:
-      case 2:
-      case 3:
-        return send(fresh(kGoto), true);
-      case 4:
-        return arriving_.size() + in_force_.size() < 10 ? send(fresh(kStop), true) : void();
-      case 5:
-      case 6:
-        return send(fresh(kRelease), true);
-      case 7:  // killed, or the computer was restarted
-        if (below(3) > 0) return;
-        boot_ += below(2);
-        return die(1 + below(20));
-      case 8: {
-        command_t m = fresh(below(2) == 0 ? kGoto : kRelease);
-        m.valid_until_utime = m.utime - below(3);
-        return send(m, false);
-      }
-      case 9:  // of a recording, or delayed
-        if (sent_.empty()) return;
-        return send(
-            command_t(sent_[static_cast<std::size_t>(below(static_cast<int>(sent_.size())))]),
-            false);
-      case 10: {
-        command_t m = fresh(below(2) == 0 ? kGoto : kRelease);
-        m.boot_id += 1 + below(5);
-        return send(m, false);
-      }
-      case 11: {
-        command_t m = fresh(any_kind());
-        if (m.kind == kStop && in_force_.size() >= 10) return;
-        m.serial += below(2) == 0 ? 900'000 : 5'000'000;
-        if (below(4) == 0) m.serial = INT64_MAX;
-        return send(m, m.serial <= m.utime + 1'000'000);
-      }
-    }
+    const DrawnEvent e = draw_.draw(law_.in_force().size());
+    if (e.kind == DrawnEvent::Kind::kSend) send(e.command);
+    if (e.kind != DrawnEvent::Kind::kKill) return;
+    boot_ += draw_.below(2);  // killed, or the computer was restarted
+    die(1 + draw_.below(20));
   }
 
   void cycle() {
     const double before_mps = life_->speed_mps;
     const double before_m = life_->x_m;
-    for (const auto& [id, issuer] : arriving_) {
-      if (released_here_.count(id) != 0) continue;
-      if (in_force_.emplace(id, issuer).second && std::abs(before_mps) > 0.3)
-        ++seen_->stops_in_motion;
-    }
-    arriving_.clear();
-    const bool stopped = !in_force_.empty();
+    const bool stopped = !law_.in_force().empty();
     life_->cycle();
     if (stopped) {
       EXPECT_TRUE(life_->brakes());
@@ -179,76 +126,40 @@ class Story {
       EXPECT_EQ(life_->drive->emergency_stop, 1);
       EXPECT_TRUE(before_mps != 0.0 || life_->x_m == before_m) << "moves";
     }
-    end_stops(std::abs(before_mps) < 0.15);
-    if (!in_force_.empty()) {
-      EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
-      EXPECT_EQ(life_->status.emergency_stop, +status_t::STOP_PERSISTED);
-      for (const auto& [id, issuer] : in_force_) {
-        const auto& listed = life_->status.stop;
-        EXPECT_TRUE(std::any_of(listed.begin(), listed.end(),
-                                [id = id](const stop_t& s) { return s.id == id; }));
-      }
-    }
-  }
-
-  /// BG may act on a release in the cycles in which it waits behind a stop.
-  void end_stops(bool at_rest) {
-    for (Pending& p : releases_) {
-      --p.cycles;
-      const command_t& m = p.message;
-      if (!at_rest || m.boot_id != boot_ || to_utime(now_) >= m.valid_until_utime) continue;
-      const auto& listed = life_->status.stop;
-      for (const std::int64_t id : m.stop_id) {
-        const auto stop = in_force_.find(id);
-        if (stop == in_force_.end()) continue;
-        if (stop->second != m.issuer && m.issuer != kIssuers[0]) continue;
-        const bool ended = std::none_of(listed.begin(), listed.end(),
-                                        [id](const stop_t& s) { return s.id == id; });
-        if (!ended) continue;
-        in_force_.erase(stop);
-        released_here_.insert(id);
-        ++seen_->releases;
-      }
-    }
-    releases_.erase(std::remove_if(releases_.begin(), releases_.end(),
-                                   [](const Pending& p) { return p.cycles <= 0; }),
-                    releases_.end());
+    const int releases = law_.releases();
+    law_.take(life_->status, now_, std::abs(before_mps) < 0.15);
+    seen_->releases += law_.releases() - releases;
+    EXPECT_TRUE(law_.lost().empty());
+    for (const auto& [id, stop] : law_.in_force()) EXPECT_TRUE(stop.listed) << stop.issuer;
+    if (law_.in_force().empty()) return;
+    EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
+    EXPECT_EQ(life_->status.emergency_stop, +status_t::STOP_PERSISTED);
   }
 
   /// After all of it an authority can release, and the vehicle drives.
   void end_well() {
     for (int k = 0; k < 60; ++k) cycle();
     now_ += Duration(1);
-    command_t release = life_->command(kRelease, "operator");
-    send(release, true);
+    send(life_->command(kRelease, kIssuers[0]));
     cycle();
     EXPECT_EQ(life_->status.state, "RELEASED");
-    EXPECT_TRUE(in_force_.empty());
+    EXPECT_TRUE(law_.in_force().empty());
     for (int k = 0; k < 20; ++k) {
       now_ += Duration(1);
-      if (k % 10 == 0) life_->send(life_->command(kGoto, "operator"));
+      if (k % 10 == 0) life_->send(life_->command(kGoto, kIssuers[0]));
       cycle();
     }
     EXPECT_NE(life_->speed_mps, 0.0) << life_->status.state << ": " << life_->status.reason;
   }
 
-  struct Pending {
-    command_t message;
-    int cycles = 0;
-  };
-
-  std::mt19937 random_;
+  Stamp now_{std::chrono::seconds(100)};
+  SequenceDraw draw_;
+  StopLaw law_;
   std::string file_;
   Seen* seen_;
-  Stamp now_{std::chrono::seconds(100)};
   std::int64_t boot_ = 1;
   double speed_mps_ = 0.0;
   double x_m_ = 0.0;
-  std::map<std::int64_t, std::string> arriving_;  // stops, by id, with their issuers
-  std::map<std::int64_t, std::string> in_force_;
-  std::set<std::int64_t> released_here_;  // in this life of BG
-  std::vector<Pending> releases_;
-  std::vector<command_t> sent_;
   std::unique_ptr<Life> life_;
 };
 

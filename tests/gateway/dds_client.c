@@ -12,8 +12,8 @@
 //                                               ones, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
 // -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
-// Exit status: 0 done; 1 no vehicle has received it; 2 wrong usage; 3 DDS could not create an
-// entity.
+// Exit status: 0 done; 1 no vehicle has received it, or none does any more; 2 wrong usage; 3 DDS
+// could not create an entity.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -130,22 +130,39 @@ static int watch(dds_entity_t participant, double seconds) {
   return 0;
 }
 
+/// @return their number
+static int take_samples(dds_entity_t r) {
+  void* samples[16] = {NULL};
+  dds_sample_info_t infos[16];
+  const int n = dds_take(r, samples, infos, 16, 16);
+  if (samples[0] != NULL) dds_return_loan(r, samples, n);
+  return n;
+}
+
 // ---- write ---------------------------------------------------------------------------------
 
-// A write succeeds without any reader, also for an identity that the vehicle no longer accepts.
-static int repeat(dds_entity_t w, const void* sample, double seconds) {
+// A write succeeds without any reader, also for an identity that the vehicle no longer accepts. If
+// its permissions end while it is connected the reader stays matched, but the vehicle publishes
+// nothing for it any more.
+static int repeat(dds_entity_t participant, dds_entity_t w, const void* sample, double seconds) {
+  const dds_entity_t statuses =
+      reader(participant, &rcs_NodeStatus_desc, "NodeStatus", reliable("*", true));
   const dds_time_t begin = dds_time();
   const dds_time_t end = begin + (dds_duration_t)(seconds * 1e9);
-  unsigned readers = 0;
-  int told = 0;
+  dds_time_t heard = begin;
+  bool received = false;
+  bool silent = false;
   do {
     const dds_return_t rc = dds_write(w, sample);
     dds_publication_matched_status_t matched;
     dds_get_publication_matched_status(w, &matched);
-    if (matched.current_count > readers) readers = matched.current_count;
+    received = received || matched.total_count > 0;
     printf("written: %s, readers %u\n", dds_strretcode(-rc), matched.current_count);
-    if (readers == 0 && !told && dds_time() - begin > DDS_SECS(2)) {
-      told = 1;
+    if (take_samples(statuses) > 0) heard = dds_time();
+    const bool was_silent = silent;
+    silent = matched.current_count == 0 ? dds_time() - begin > DDS_SECS(2)
+                                        : dds_time() - heard > DDS_SECS(3);
+    if (silent && !was_silent) {
       printf(
           "no vehicle receives this: none is reachable, or this identity has expired, was revoked "
           "or is of another authority (`rcs keys` lists the ends)\n");
@@ -153,9 +170,7 @@ static int repeat(dds_entity_t w, const void* sample, double seconds) {
     fflush(stdout);
     dds_sleepfor(DDS_MSECS(200));
   } while (dds_time() < end);
-  dds_publication_matched_status_t matched;
-  dds_get_publication_matched_status(w, &matched);
-  return readers > 0 || matched.total_count > 0 ? 0 : 1;
+  return received && !silent ? 0 : 1;
 }
 
 static int command(dds_entity_t participant, const struct options* o, rcs_CommandKind kind,
@@ -181,9 +196,9 @@ static int command(dds_entity_t participant, const struct options* o, rcs_Comman
   if (o->count > n) n = o->count;
   c.waypoints._buffer = waypoints;
   c.waypoints._length = c.waypoints._maximum = (uint32_t)n;
-  return repeat(writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
-                       reliable(o->partition, false)),
-                &c, strtod(args[1], NULL));
+  const dds_entity_t w = writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
+                                reliable(o->partition, false));
+  return repeat(participant, w, &c, strtod(args[1], NULL));
 }
 
 static int stop(dds_entity_t participant, const struct options* o, bool engage, char** args) {
@@ -193,9 +208,9 @@ static int stop(dds_entity_t participant, const struct options* o, bool engage, 
   snprintf(s.operator_id, sizeof s.operator_id, "%s", o->operator_id);
   s.command_id = strtoll(args[0], NULL, 10);
   s.engage = engage;
-  return repeat(
-      writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true)),
-      &s, strtod(args[1], NULL));
+  const dds_entity_t w =
+      writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true));
+  return repeat(participant, w, &s, strtod(args[1], NULL));
 }
 
 static int stops(dds_entity_t participant, const struct options* o, int count) {

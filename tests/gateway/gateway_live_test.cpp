@@ -9,74 +9,19 @@
 #include <string>
 
 #include "modules/gateway/operator_commands.h"
-#include "tests/gateway/fake_vehicle.h"
-#include "tests/gateway/program.h"
-#include "tests/support/fresh_folder.h"
+#include "tests/gateway/gateway_live.h"
 #include "tools/rcs/vehicle/key_folder.h"
 
 namespace rcs::gateway {
 namespace {
 
 namespace fs = std::filesystem;
-using cli::KeyFolder;
-using cli::KeyRole;
-using rcs::test::fresh_folder;
 using rcs::test::Program;
 using rcs::test::program_path;
-using test::FakeVehicle;
-
-constexpr Duration kPatience =
-    from_seconds(30.0);                         // for expected messages; a loaded computer is slow
-constexpr Duration kWatch = from_seconds(3.0);  // for messages that must not arrive
-
-/// A vehicle with its gateway.
-class GatewayLive : public testing::Test {
- protected:
-  GatewayLive() : folder_(fresh_folder()) {}
-
-  void start_gateway(const std::string& gateway_table) {
-    const std::string config = (folder_ / "vehicle.toml").string();
-    // A BG that is starved on a loaded computer is not tested here.
-    std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
-                          << gateway_table << "[gateway.commands]\nbg_silence_ms = 20000\n";
-    gateway_ = std::make_unique<Program>(std::vector<std::string>{program_path("gateway"), config},
-                                         std::vector<std::string>{});
-    ASSERT_TRUE(vehicle_.run_until([&] { return gateway_->has_said("running on"); }, kPatience))
-        << gateway_->output();
-  }
-
-  /// An off-board program. @param keys  folder of its identity; empty: none
-  static std::unique_ptr<Program> client(std::vector<std::string> args, const fs::path& keys) {
-    const std::string profiles =
-        std::string("file://") + std::getenv("RCS_SOURCE_DIR") + "/config/dds/";
-    std::vector<std::string> environment = {"CYCLONEDDS_URI=" + profiles + "loopback.xml"};
-    if (!keys.empty()) {
-      environment[0] += "," + profiles + "security.xml";
-      environment.push_back("RCS_KEYS=" + keys.string());
-    }
-    args.insert(args.begin(), {program_path("dds_client"), "-v", "demo3"});
-    return std::make_unique<Program>(args, environment);
-  }
-  static std::unique_ptr<Program> client(std::vector<std::string> args) {
-    return client(std::move(args), {});
-  }
-
-  bool takes(std::int8_t kind) {
-    return vehicle_.run_until([&] { return vehicle_.has_taken(kind); }, kPatience);
-  }
-  bool says(Program* program, const std::string& text) {
-    return vehicle_.run_until([&] { return program->has_said(text); }, kPatience);
-  }
-  bool ends(Program* program) {
-    return vehicle_.run_until([&] { return program->status() >= 0; }, kPatience);
-  }
-
-  fs::path folder_;
-  FakeVehicle vehicle_;
-  std::unique_ptr<Program> gateway_;
-};
-
-constexpr char kUnsecured[] = "[gateway]\nunsecured = true\n";
+using test::GatewayLive;
+using test::kPatience;
+using test::kUnsecured;
+using test::kWatch;
 
 TEST_F(GatewayLive, StateAndNodeStatusArePublishedAtTheirRates) {
   start_gateway(kUnsecured);

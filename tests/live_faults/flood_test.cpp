@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <set>
 #include <string>
@@ -33,14 +32,6 @@ constexpr const char* kFlooded[] = {
     channel::kWmNavState,  channel::kWmIntegrity,    channel::kWmMapPatch,
     channel::kBgCommand,   channel::kBgStop,         channel::kBgStatus,
     channel::kBgDrive,     channel::kUpProcess};
-
-double memory_mb(int pid) {
-  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
-  double all = 0.0;
-  double resident = 0.0;
-  statm >> all >> resident;
-  return resident * 4096.0 * 1e-6;
-}
 
 struct Row {
   std::string channel;
@@ -97,7 +88,7 @@ Row flood(LiveFault* live, Notes* notes, const char* flooded, int seconds_each) 
   Row row;
   row.channel = flooded;
   std::map<std::string, double> before_mb;
-  for (const std::string& node : kNodes) before_mb[node] = memory_mb(live->run.pid_of(node));
+  for (const std::string& node : kNodes) before_mb[node] = resident_mb(live->run.pid_of(node));
   live->safety.reset();
   notes->write_to(&row);
   const int status =
@@ -106,7 +97,7 @@ Row flood(LiveFault* live, Notes* notes, const char* flooded, int seconds_each) 
   notes->write_to(nullptr);
   EXPECT_EQ(status, 0) << flooded;
   for (const std::string& node : kNodes) {
-    row.memory_mb = std::max(row.memory_mb, memory_mb(live->run.pid_of(node)) - before_mb[node]);
+    row.memory_mb = std::max(row.memory_mb, resident_mb(live->run.pid_of(node)) - before_mb[node]);
   }
   row.driven_m = live->safety.metrics().driven_m;
   live->recovery.reset();

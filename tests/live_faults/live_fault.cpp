@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 #include "rcs/node/report.h"
 
@@ -19,6 +20,14 @@ int number_from(const char* variable, int otherwise) {
   const char* const text = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe): one thread
   const int number = text == nullptr ? 0 : std::atoi(text);  // NOLINT(cert-err34-c): 0: no number
   return number > 0 ? number : otherwise;
+}
+
+double resident_mb(int pid) {
+  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
+  double all = 0.0;
+  double resident = 0.0;
+  statm >> all >> resident;
+  return resident * 4096.0 * 1e-6;
 }
 
 LiveFault::LiveFault(const std::string& vehicle_toml, const std::vector<std::string>& sim_arguments)

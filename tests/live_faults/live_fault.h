@@ -18,6 +18,9 @@ namespace rcs::live_faults {
 /// A number from the environment, such as RCS_DRILL_TIMES.
 [[nodiscard]] int number_from(const char* variable, int otherwise);
 
+/// Resident memory of a process [MB].
+[[nodiscard]] double resident_mb(int pid);
+
 struct LiveFault {
   explicit LiveFault(const std::string& vehicle_toml = "",
                      const std::vector<std::string>& sim_arguments = {});

@@ -112,6 +112,22 @@ TEST_F(CommandStop, IsExecutedWhenTheTableOfIssuersIsFull) {
   EXPECT_TRUE(stopped_now());
 }
 
+TEST_F(CommandStop, MessagesOnItsChannelAreCounted) {
+  Outbox<command_t> stops{&operator_door, kStopChannel};
+  for (int k = 1; k <= 30; ++k) {
+    command_t m = command(kStop, k);
+    m.stop_id = {k};
+    m.n_stops = 1;
+    stops.publish(&m);
+  }
+  const std::vector<std::uint8_t> garbage(20, 0xa5);
+  operator_door.publish(kStopChannel, garbage.data(), garbage.size());
+  cycle();
+  EXPECT_EQ(worker->subordinate.stop_inbox().account().received, 30);
+  EXPECT_EQ(worker->subordinate.stop_inbox().account().malformed, 1);
+  EXPECT_TRUE(stopped_now());
+}
+
 // One expired message with this serial must not disable the stops of an issuer.
 TEST_F(CommandStop, AnExtremeSerialDisablesNothing) {
   for (const std::int8_t kind : {kGoto, kStop, kRelease}) {
