@@ -30,7 +30,7 @@ double gravity_in(double specific_force, const ProcessNoise& ins) {
   return standard + share * (specific_force - standard);
 }
 
-constexpr double kFusedNext = 3.0;  // of a sigma, as for positions
+constexpr double kFusedNext = 3.0;  // factor on the sigma of a fix that is fused next
 constexpr double kSideSlip = 0.1;   // of a car, over its speed
 constexpr double kSameSpeed = 0.3;  // share by which two speeds of one vehicle may differ
 

@@ -23,8 +23,6 @@ namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kPatience = from_seconds(60.0);
-constexpr double kMemory_mb = 80.0;  ///< growth of a process: its queue of messages has 64 MB
-constexpr double kCycles = 0.9;      ///< share of the drive commands that BG publishes
 
 constexpr const char* kFlooded[] = {
     channel::kIns,         channel::kGpsFix,         channel::kOdometry,
@@ -127,9 +125,9 @@ TEST(Flood, OfEachChannel) {
                           fmt::format("{:.1f}", row.memory_mb), fmt::format("{:.0f}", row.driven_m),
                           joined(row.states) + "; " + joined(row.events)});
     EXPECT_TRUE(row.well_after) << flooded << ": " << live.recovery.missing();
-    EXPECT_LT(row.memory_mb, kMemory_mb) << flooded;
+    EXPECT_LT(row.memory_mb, kFloodMemory_mb) << flooded;
     if (row.channel != channel::kBgDrive) {
-      EXPECT_GT(row.drives, kCycles * 20.0 * seconds_each) << flooded;
+      EXPECT_GT(row.drives, kFloodCycles * 20.0 * seconds_each) << flooded;
     }
     EXPECT_EQ(live.safety.metrics().collisions, 0) << flooded;
   }

@@ -267,9 +267,8 @@ TEST_F(FullDisk, AStopIsInForceAndReportedAndPersistedLater) {
     v.live.run_for(kDrives);
   }
   std::printf(
-      "%d times: full brake after at most %.0f ms, moved by at most "
-      "%.3f m before the "
-      "release, persisted at most %.1f s after there was room\n",
+      "%d times: full brake after at most %.0f ms, moved by at most %.3f m before the release, "
+      "persisted at most %.1f s after there was room\n",
       times, milliseconds(slowest), moved_m, seconds(persisted));
   EXPECT_LT(slowest, kBrakeWithin);
   EXPECT_LT(moved_m, kMoved_m);

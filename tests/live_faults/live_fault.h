@@ -21,6 +21,10 @@ namespace rcs::live_faults {
 /// Resident memory of a process [MB].
 [[nodiscard]] double resident_mb(int pid);
 
+// What a flood of messages may cost.
+inline constexpr double kFloodMemory_mb = 80.0;  ///< growth of a process: 64 MB are its queue
+inline constexpr double kFloodCycles = 0.9;      ///< share of the drive commands that BG publishes
+
 struct LiveFault {
   explicit LiveFault(const std::string& vehicle_toml = "",
                      const std::vector<std::string>& sim_arguments = {});

@@ -33,8 +33,6 @@ constexpr Duration kLongest = from_seconds(1.0);   // from a stop to full brake
 constexpr Duration kReleased = from_seconds(3.0);  // else the flood is ended for the release
 constexpr Duration kRepeat = from_milliseconds(200.0);
 constexpr Duration kFloods = from_seconds(2.0);  // before the first stop
-constexpr double kMemory_mb = 80.0;  ///< growth of a process: its queue of messages has 64 MB
-constexpr double kCycles = 0.9;      ///< share of the drive commands that BG publishes
 
 /// Those of other publishers are rejected, except on the channels of commands.
 constexpr const char* kOfAnother[] = {
@@ -106,8 +104,8 @@ class StopUnderFlood : public testing::TestWithParam<const char*> {
         row_.well_after ? "drives" : live_.recovery.missing(), states);
     EXPECT_EQ(row_.without_brake, 0);
     EXPECT_LE(s.max, milliseconds(kLongest));
-    EXPECT_GT(rate_hz, kCycles * 20.0);
-    EXPECT_LT(row_.memory_mb, kMemory_mb);
+    EXPECT_GT(rate_hz, kFloodCycles * 20.0);
+    EXPECT_LT(row_.memory_mb, kFloodMemory_mb);
     EXPECT_GT(row_.counted, 0);
     EXPECT_TRUE(row_.well_after || !must_recover) << live_.recovery.missing();
     EXPECT_EQ(live_.run.trouble(), "");

@@ -22,6 +22,20 @@ struct Seen {
   Duration longest_hold{};
 };
 
+void add(const ImuSample& imu, Stamp now, ClockWatch* watch, Seen* seen) {
+  if (watch->add(imu, now) != ClockWatch::Verdict::kPass) return;
+  seen->samples += 1 + static_cast<int>(watch->held().size());
+  watch->clear_held();
+}
+
+void resolve(Stamp now, ClockWatch* watch, Seen* seen) {
+  const std::optional<ClockStep> step = watch->resolve(now);
+  if (!step) return;
+  seen->steps.push_back(*step);
+  seen->samples += static_cast<int>(watch->held().size());
+  watch->clear_held();
+}
+
 /// INS at 100 Hz and odometry at 20 Hz for 20 s.
 /// @param ins, odometry  t [s] -> shift of the stamp [s]; none: the message is lost
 /// @param latency  t [s] -> of the INS [s]
@@ -37,10 +51,7 @@ Seen run(
     const Stamp now = Stamp(from_seconds(500.0 + t + latency(t)));
     if (const std::optional<double> shift = ins(t)) {
       const ImuSample imu{Stamp(from_seconds(t + *shift)), kPeriod, Vec3::Zero(), Vec3::Zero()};
-      if (watch.add(imu, now) == ClockWatch::Verdict::kPass) {
-        seen.samples += 1 + static_cast<int>(watch.held().size());
-        watch.clear_held();
-      }
+      add(imu, now, &watch, &seen);
     }
     if (const std::optional<double> shift = odometry(t); shift && i % 5 == 0) {
       const Stamp stamp(from_seconds(t + *shift));
@@ -48,11 +59,7 @@ Seen run(
     }
     if (!watch.suspects()) held_since = now;
     seen.longest_hold = std::max(seen.longest_hold, now - held_since);
-    if (const std::optional<ClockStep> step = watch.resolve(now)) {
-      seen.steps.push_back(*step);
-      seen.samples += static_cast<int>(watch.held().size());
-      watch.clear_held();
-    }
+    resolve(now, &watch, &seen);
   }
   seen.shift = watch.ins_shift();
   return seen;
@@ -64,7 +71,8 @@ auto shifted(double from_s, double to_s, double by_s) {
   return [=](double t) { return std::optional(t > from_s && t < to_s ? by_s : 0.0); };
 }
 
-/// Every sample of the INS is sent again 34 ms later, while all clocks step.
+/// Every sample of the INS is sent again 34 ms later; a clock steps.
+/// @param of_all  false: that of the INS alone
 Seen run_with_copies(double step_s, bool of_all) {
   ClockWatch watch;
   Seen seen;
@@ -74,24 +82,14 @@ Seen run_with_copies(double step_s, bool of_all) {
     const double by_s = t > 10.003 ? step_s : 0.0;
     const Vec3 noise(1e-4 * std::sin(1e3 * i), 0.0, 0.0);
     sent.push_back({Stamp(from_seconds(t + by_s)), kPeriod, noise, Vec3::Zero()});
-    const auto send = [&](const ImuSample& imu, double at_s) {
-      if (watch.add(imu, Stamp(from_seconds(500.0 + at_s))) == ClockWatch::Verdict::kPass) {
-        seen.samples += 1 + static_cast<int>(watch.held().size());
-        watch.clear_held();
-      }
-    };
-    send(sent.back(), t);
-    if (i > 3) send(sent[sent.size() - 4], t + 0.004);
+    add(sent.back(), Stamp(from_seconds(500.0 + t)), &watch, &seen);
+    if (i > 3) add(sent[sent.size() - 4], Stamp(from_seconds(500.004 + t)), &watch, &seen);
     const Stamp now(from_seconds(500.005 + t));
     if (i % 5 == 0) {
       const double of_wheels_s = of_all ? by_s : 0.0;
       if (watch.add(Clock::kOdometry, Stamp(from_seconds(t + of_wheels_s)), now)) ++seen.odometry;
     }
-    if (const std::optional<ClockStep> step = watch.resolve(now)) {
-      seen.steps.push_back(*step);
-      seen.samples += static_cast<int>(watch.held().size());
-      watch.clear_held();
-    }
+    resolve(now, &watch, &seen);
   }
   seen.shift = watch.ins_shift();
   return seen;
