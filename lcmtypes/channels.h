@@ -31,7 +31,7 @@
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
   X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway, mission", "1 Hz")        \
-  X(kBgStop, "BG_STOP", kCommand, command_t, "operator, gateway", "on a stop")                  \
+  X(kBgStop, "BG_STOP", kCommand, command_t, "operator, gateway", "on a stop, a release")       \
   X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "20 Hz")                                   \
   X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "up to 4 Hz")                                   \
   X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                                      \

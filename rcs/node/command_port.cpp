@@ -13,6 +13,7 @@ constexpr std::int64_t kLongest_us = 1'000'000'000'000'000;
 bool plausible(std::int64_t utime) { return utime > -kLongest_us && utime < kLongest_us; }
 
 bool is_stop(const command_t& m) { return m.kind == command_t::KIND_EMERGENCY_STOP; }
+bool is_release(const command_t& m) { return m.kind == command_t::KIND_RELEASE; }
 
 bool same_waypoints(const std::vector<waypoint_t>& a, const std::vector<waypoint_t>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -76,12 +77,17 @@ std::int64_t CommandPort::send(const Command& command, Stamp now) {
     command_.stop_id = {stop_id_};
   }
   command_.n_stops = static_cast<std::int32_t>(command_.stop_id.size());
-  (is_stop(command_) ? stops_ : commands_).publish(&command_);
+  publish();
   first_sent_ = now;
   last_sent_ = now;
   sends_ = 1;
   echoed_ = done_ = false;
   return command_.serial;
+}
+
+void CommandPort::publish() {
+  const bool stops = is_stop(command_) || is_release(command_);
+  (stops ? stops_ : commands_).publish(&command_);
 }
 
 void CommandPort::step(Stamp now) {
@@ -108,7 +114,7 @@ void CommandPort::step(Stamp now) {
   const bool send_again = sends_ > 0 && !echoed_ && now - last_sent_ >= params_.resend &&
                           (in_time || is_stop(command_));
   if (!send_again) return;
-  (is_stop(command_) ? stops_ : commands_).publish(&command_);
+  publish();
   last_sent_ = now;
   sends_ = std::min(sends_ + 1, params_.max_sends);
 }
@@ -169,7 +175,7 @@ Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view comma
       boot_id_(bus->publisher().boot_id),
       commands_(bus, command_channel, 16),
       stops_(bus, stop_channel, command_channel),
-      stop_counts_(bus, stop_channel, 1),
+      releases_(bus, stop_channel, 16),
       statuses_(bus, status_channel) {
   status_.node = node;
   status_.boot_id = boot_id_;
@@ -178,20 +184,27 @@ Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view comma
 void Subordinate::take(Stamp now, bool only_stops) {
   if (!start_) start_ = now;
   is_new_ = false;
-  while (!stop_counts_.empty()) stop_counts_.pop();
+  while (!releases_.empty() && is_stop(*releases_.front())) releases_.pop();
   // The other commands wait, whether they arrived before it or after.
   if (take_stop(only_stops) || only_stops) return;
-  for (; !commands_.empty(); commands_.pop()) {
-    const command_t& m = *commands_.front();
-    if (is_stop(m) || !admit(m, now)) continue;
+  if (!take_from(&releases_, now)) take_from(&commands_, now);
+}
+
+// @return a release was accepted, and the commands after it wait
+bool Subordinate::take_from(Inbox<command_t>* inbox, Stamp now) {
+  for (; !inbox->empty(); inbox->pop()) {
+    const command_t& m = *inbox->front();
+    const bool belongs = inbox == &commands_ ? !is_stop(m) : is_release(m);
+    if (!belongs || !admit(m, now)) continue;
     command_ = m;
     in_force_ = true;
     is_new_ = true;
     ++account_.taken;
-    if (command_.kind != command_t::KIND_RELEASE) continue;
-    commands_.pop();
-    return;
+    if (!is_release(command_)) continue;
+    inbox->pop();
+    return true;
   }
+  return false;
 }
 
 // No rule applies, and the issuer's record is unchanged: the serial of a stop must not make other

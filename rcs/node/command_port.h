@@ -100,6 +100,7 @@ class CommandPort {
     std::int64_t number = 0;
     std::int64_t id = 0;
   };
+  void publish();
   [[nodiscard]] bool echoes_mine() const;
   [[nodiscard]] bool lists_id(std::int64_t id) const;
   [[nodiscard]] std::int64_t new_stop_id() const;
@@ -164,7 +165,8 @@ class Subordinate {
 
   /// Call it once a cycle, first: accepts what has arrived. The first call is the subordinate's
   /// start. An emergency stop is accepted in the cycle in which it arrives, before any other
-  /// command; the others wait for the next cycle, as do commands that follow a release.
+  /// command; the others wait for the next cycle, as do commands that follow a release. Stops and
+  /// releases have their own channel: no number of other commands displaces one.
   /// @param only_stops  the command in force stays so unless another stop arrives
   void take(Stamp now, bool only_stops = false);
   /// The emergency stops that arrived for this cycle, also if they repeat stops in force.
@@ -186,8 +188,7 @@ class Subordinate {
 
   [[nodiscard]] const Account& account() const { return account_; }
   [[nodiscard]] const InboxBase& inbox() const { return commands_; }
-  /// Counts the messages on the channel of the stops.
-  [[nodiscard]] const InboxBase& stop_inbox() const { return stop_counts_; }
+  [[nodiscard]] const InboxBase& stop_inbox() const { return releases_; }
 
  private:
   struct Issuer {
@@ -196,6 +197,7 @@ class Subordinate {
     Stamp issued = Stamp::min();
   };
   [[nodiscard]] bool take_stop(bool only_new);
+  bool take_from(Inbox<command_t>* inbox, Stamp now);
   [[nodiscard]] bool admit(const command_t& m, Stamp now);
   Issuer* issuer(const command_t& m);
 
@@ -203,7 +205,7 @@ class Subordinate {
   std::int64_t boot_id_;
   Inbox<command_t> commands_;
   StopReceiver stops_;
-  Inbox<command_t> stop_counts_;  // for the account only
+  Inbox<command_t> releases_;  // on the channel of the stops
   Outbox<status_t> statuses_;
   std::optional<Stamp> start_;
   std::array<Issuer, 8> issuers_;

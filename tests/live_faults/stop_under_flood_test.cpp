@@ -82,7 +82,6 @@ class StopUnderFlood : public testing::TestWithParam<const char*> {
         }
       });
     }
-    commands_.emplace(bus, channel::kBgCommand);
     stops_.emplace(bus, channel::kBgStop);
     ASSERT_TRUE(live_.run_until_well(kPatience)) << live_.recovery.missing();
     bg_ = newest_publisher_;
@@ -230,7 +229,7 @@ class StopUnderFlood : public testing::TestWithParam<const char*> {
       command_t m = command(command_t::KIND_RELEASE);
       for (const stop_t& s : status_.stop) m.stop_id.push_back(s.id);
       m.n_stops = static_cast<std::int32_t>(m.stop_id.size());
-      commands_->publish(&m);
+      stops_->publish(&m);
       return false;
     };
     return live_.run.run_until(until, released);
@@ -260,7 +259,7 @@ class StopUnderFlood : public testing::TestWithParam<const char*> {
   std::optional<Stamp> stop_at_;
   std::optional<Stamp> last_drive_;
   std::map<std::string, std::int64_t> counted_;  // by node
-  std::optional<Outbox<command_t>> commands_, stops_;
+  std::optional<Outbox<command_t>> stops_;
   std::optional<Tap<drive_t>> drives_;
   std::optional<Tap<status_t>> statuses_;
   std::optional<Tap<command_t>> arrivals_;

@@ -191,6 +191,34 @@ TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother
   EXPECT_EQ(worker->latch.stops()[0].issuer, "operator");
 }
 
+TEST_F(CommandPair, NoNumberOfOtherCommandsDisplacesARelease) {
+  step();
+  Command stop;
+  stop.kind = command_t::KIND_EMERGENCY_STOP;
+  superior.port.send(stop, now);
+  step();
+  step();
+  ASSERT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
+  Command release;
+  release.kind = command_t::KIND_RELEASE;
+  release.released = superior.port.listed_stops("");
+  now += from_milliseconds(1.0);  // after the arrival of the stop
+  const std::int64_t serial = superior.port.send(release, now);
+  Outbox<command_t> flood(&superior.door, kCommand);
+  for (int k = 0; k < 200; ++k) {
+    command_t m{};
+    m.issuer = "flood";
+    m.serial = to_utime(now) + k;
+    m.utime = to_utime(now);
+    m.valid_until_utime = to_utime(now + from_seconds(1.0));
+    m.kind = command_t::KIND_HALT;
+    flood.publish(&m);
+  }
+  step();
+  EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_RELEASE});
+  EXPECT_EQ(worker->subordinate.command()->serial, serial);
+}
+
 TEST_F(CommandPair, CommandsOfAnotherStartOfTheComputerAreRejectedAndStopsAreNot) {
   step();
   Outbox<command_t> replayed(&superior.door, kCommand);
