@@ -61,6 +61,7 @@ struct SourceRecord {
   Stamp accepted = Stamp::min();  ///< newest accepted
   double distance_m = 0.0;        ///< distance driven until then
   int refused = 0;                ///< rejected in a row since
+  int in_row = 0;                 ///< accepted in a row
 };
 
 /// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.

@@ -48,9 +48,10 @@ class Fuser {
 void Fuser::note(const Innovation& i) {
   SourceRecord& record = s_.memory.of(i.source);
   if (i.reason == Reason::kAccepted) {
-    record = {stamp(), s_.memory.distance_m};
+    record = {stamp(), s_.memory.distance_m, 0, record.in_row + 1};
   } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
     ++record.refused;
+    record.in_row = 0;
   }
   records_.add(i);
 }

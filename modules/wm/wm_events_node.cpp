@@ -55,7 +55,7 @@ class AlertText {
     if (std::isfinite(level_m)) {
       add("{} alert: protection level {:.2f} m > {:.2f} m", axis, level_m, limit_m);
     } else {
-      add("{} alert: position in frame world invalid", axis);
+      add("{} alert: no bound of the position error is known", axis);
     }
   }
   /// @param rejected  measurements in a row

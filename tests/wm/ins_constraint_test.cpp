@@ -2,6 +2,7 @@
 // from one of GPS, and finds it without both.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 
@@ -60,6 +61,29 @@ TEST(InsConstraint, WithoutLadarADriftOfTheFixesExcludesGpsAndNotTheIns) {
     EXPECT_TRUE(seen.found(Finding::kGpsFaulty)) << "seed " << seed;
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << "seed " << seed;
   }
+}
+
+/// A bias of the pitch rate accelerates the vehicle by gravity, and the scans follow the
+/// prediction. Wheels and constraint contradict both. A slide would look the same, but no vehicle
+/// slides upwards.
+TEST(InsConstraint, ALadarThatFollowsTheInsDoesNotConfirmItUpwards) {
+  const double bias_radps = radians(0.7);
+  Disturbance d;
+  d.has_fix = [](double t) { return t < kFault_s - 5.0; };
+  d.ins = [=](double t, ImuSample* imu) {
+    if (t >= kFault_s) imu->delta_angle.y() += bias_radps * seconds(imu->interval);
+  };
+  d.match = [=](double t, RollingMatch* match) {
+    const double fault_s = std::max(0.0, t - kFault_s);
+    Pose& T = match->T_rolling_vehicle;
+    T.p += T.q * Vec3(9.81 * bias_radps * fault_s * fault_s * fault_s / 6.0, 0.0, 0.0);
+    T.q = T.q * exp_so3(Vec3(0.0, bias_radps * fault_s, 0.0));
+  };
+  const Seen seen = drive(kFault_s + 9.0, d, 1, kFault_s);
+  std::printf("worst %.2f m, outside %d\n", seen.worst_m, seen.beyond_protection);
+  EXPECT_TRUE(seen.found(Finding::kInsFaulty));
+  EXPECT_FALSE(seen.found(Finding::kOdometryFaulty));
+  EXPECT_LT(seen.worst_m, 16.0);
 }
 
 /// While the cause of the rejected fixes is open, a gap of the INS ends the sub-filters.

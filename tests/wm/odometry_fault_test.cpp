@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "tests/wm/fault_drive.h"
 
@@ -88,6 +90,46 @@ TEST(OdometryFault, WheelsAreNotBlamedForAHeadingThatTheGyroTurned) {
   std::printf("worst %.2f m, outside %d\n", seen.worst_m, seen.beyond_protection);
   EXPECT_FALSE(seen.found(Finding::kOdometryFaulty));
   EXPECT_LT(seen.worst_m, 5.0);
+}
+
+/// Without INS the wheels turn the filter, which then rejects the fixes.
+TEST(OdometryFault, WithoutInsWheelsThatLadarAndGpsContradictAreExcluded) {
+  for (const double bias_dps : {-5.0, 0.0, 4.0}) {
+    Disturbance d;
+    d.has_ins = [](double t) { return t < kFault_s - 3.0; };
+    d.wheels = [=](double t, OdometrySample* wheels) {
+      if (t < kFault_s || t > kOver_s) return;
+      if (bias_dps == 0.0) wheels->speed_mps *= 1.2;
+      wheels->yaw_rate_radps += radians(bias_dps);
+    };
+    const Seen seen = drive(kOver_s, d, 1, kFault_s);
+    std::printf("%.0f deg/s: worst %.2f m, end %.2f m\n", bias_dps, seen.worst_m, seen.end_m);
+    EXPECT_TRUE(seen.found(Finding::kOdometryFaulty)) << bias_dps;
+    EXPECT_FALSE(excluded_another(seen)) << bias_dps;
+    EXPECT_LT(seen.worst_m, 2.0) << bias_dps;
+  }
+}
+
+TEST(OdometryFault, WithoutInsHealthyWheelsAreUsed) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Disturbance d;
+    d.has_ins = [](double t) { return t < kFault_s - 3.0; };
+    const Seen seen = drive(kOver_s, d, seed, kFault_s);
+    EXPECT_FALSE(seen.found(Finding::kOdometryFaulty)) << seed;
+    EXPECT_LT(seen.worst_m, 2.0) << seed;
+  }
+}
+
+/// Nothing confirms the scans any more: there is no level.
+TEST(OdometryFault, WithTheLadarAloneThereIsNoProtectionLevel) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 25.0; };
+  d.has_ins = [](double t) { return t < kFault_s; };
+  d.wheels = [](double t, OdometrySample* wheels) {
+    if (t > kFault_s) wheels->speed_mps = std::numeric_limits<double>::quiet_NaN();
+  };
+  const Seen seen = drive(kFault_s + 10.0, d, 1, kFault_s + 3.0);
+  EXPECT_TRUE(std::isinf(seen.highest_level_up_m));
 }
 
 }  // namespace

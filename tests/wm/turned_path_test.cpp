@@ -33,20 +33,29 @@ Vec3 straight(double t_s) { return {8.0 * t_s, 0.0, 0.0}; }
 
 using Path = std::function<Vec3(double)>;
 
-TurnedPath drive(const Path& own, const Path& fix, double length_s = 20.0) {
+constexpr double kNoVelocities = -1.0;
+
+TurnedPath drive(const Path& own, const Path& fix, double length_s = 20.0,
+                 double sigma_mps = kNoVelocities) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 0.3);
+  std::normal_distribution<double> unit(0.0, 1.0);
   TurnedPath path;
   for (int k = 0; k * 0.2 < length_s; ++k) {
     const double t = 0.2 * k;
     const Vec3 error(noise(random), noise(random), 0.0);
-    const auto velocity = [&own](double s) -> Vec3 {
-      return (own(s + 0.01) - own(s - 0.01)) / 0.02;
+    const auto velocity = [](const Path& of, double s) -> Vec3 {
+      return (of(s + 0.01) - of(s - 0.01)) / 0.02;
     };
-    const Vec3 v = velocity(t);
+    const Vec3 v = velocity(own, t);
     const double radps =
-        v.cross(velocity(t + 0.01) - velocity(t - 0.01)).z() / 0.02 / v.squaredNorm();
-    path.add(from_utime(1'000'000) + from_seconds(t), own(t), v, radps, fix(t) + error, 0.3);
+        v.cross(velocity(own, t + 0.01) - velocity(own, t - 0.01)).z() / 0.02 / v.squaredNorm();
+    TurnedPath::Fix z{fix(t) + error, 0.3};
+    if (sigma_mps != kNoVelocities) {
+      z.v_mps = velocity(fix, t) + sigma_mps * Vec3(unit(random), unit(random), 0.0);
+      z.sigma_mps = sigma_mps;
+    }
+    path.add(from_utime(1'000'000) + from_seconds(t), {own(t), v, radps}, z);
   }
   return path;
 }
@@ -67,12 +76,25 @@ TEST(TurnedPath, AWrongHeadingIsFoundInABend) {
   }
 }
 
+TEST(TurnedPath, TheVelocitiesOfTheFixesTellSmallAngles) {
+  for (const double yaw_deg : {-4.0, -2.5, 2.5, 4.0}) {
+    const Path own = turned(bend, radians(-yaw_deg));
+    EXPECT_FALSE(drive(own, bend).found()) << yaw_deg;
+    const auto found = drive(own, bend, 20.0, 0.1).found();
+    ASSERT_TRUE(found) << yaw_deg;
+    EXPECT_NEAR(yaw_of(found->T_new_old.q), radians(yaw_deg), radians(0.5));
+    EXPECT_LT((found->T_new_old * own(20.0) - bend(20.0)).norm(), 1.0) << yaw_deg;
+  }
+  EXPECT_FALSE(drive(turned(straight, radians(2.5)), straight, 20.0, 0.1).found());
+}
+
 TEST(TurnedPath, FixesThatDriftDoNotTurnThePath) {
   for (const double mps : {0.2, 1.0, 3.0}) {
     const auto drifting = [mps](double t) -> Vec3 {
       return bend(t) + Vec3(0.6, 0.8, 0.0) * mps * t;
     };
     EXPECT_FALSE(drive(bend, drifting).found()) << mps;
+    EXPECT_FALSE(drive(bend, drifting, 20.0, 0.1).found()) << mps;
   }
 }
 
@@ -82,6 +104,8 @@ TEST(TurnedPath, FixesWithWrongStampsDoNotTurnThePath) {
     EXPECT_FALSE(drive(circle, late).found()) << delay_s;
     const auto late_in_bend = [delay_s](double t) { return bend(t - delay_s); };
     EXPECT_FALSE(drive(bend, late_in_bend).found()) << delay_s;
+    EXPECT_FALSE(drive(circle, late, 20.0, 0.1).found()) << delay_s;
+    EXPECT_FALSE(drive(bend, late_in_bend, 20.0, 0.1).found()) << delay_s;
   }
 }
 
@@ -91,14 +115,15 @@ TEST(TurnedPath, OnAStraightAWrongHeadingLooksLikeADrift) {
 
 TEST(TurnedPath, ACorrectHeadingAndAShortWayFindNothing) {
   EXPECT_FALSE(drive(bend, bend).found());
+  EXPECT_FALSE(drive(bend, bend, 20.0, 0.1).found());
   EXPECT_FALSE(drive(turned(bend, radians(10.0)), bend, 6.0).found());
 }
 
 TEST(TurnedPath, AfterASilenceOfTheFixesThePathBeginsAgain) {
   TurnedPath path = drive(turned(bend, radians(10.0)), bend);
   ASSERT_TRUE(path.found());
-  path.add(from_utime(1'000'000) + from_seconds(30.0), Vec3::Zero(), Vec3::Zero(), 0.0,
-           Vec3::Zero(), 0.3);
+  path.add(from_utime(1'000'000) + from_seconds(30.0), {Vec3::Zero(), Vec3::Zero(), 0.0},
+           {Vec3::Zero(), 0.3});
   EXPECT_FALSE(path.found());
 }
 

@@ -128,7 +128,7 @@ void Trust::drop_what_passed_a_gap(Stamp now) {
   gps_contradicts_ = Stamp::max();
   cusum_.setZero();
   ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
-  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
+  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
   detectable_m_ = kAnything_m;
 }
 
@@ -376,6 +376,10 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
 std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
                                         const FilterState& belief) {
   const bool wrong = wheels_are_stuck(m) || wheels_are_refused(belief);
+  const bool outvoted = wheels_are_outvoted(m, belief);
+  if (!belief.memory.withheld.wheels && outvoted) {
+    return exclude_outvoted_odometry(belief, model.params.modes);
+  }
   if (wrong && !belief.memory.withheld.wheels) return exclude_odometry(belief, model.params.modes);
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
@@ -495,7 +499,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   gps_right_ = keeps_gps_ = ladar_right_ = ins_right_ = {};
   bound_keeping_gps_ = {};
   turned_ = {};
-  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
+  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
   scan_ = {};
   votes_.reset_votes();
   wheels_vote_ = fix_vote_ = 0.0;

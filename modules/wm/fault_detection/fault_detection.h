@@ -12,6 +12,7 @@
 #include "modules/wm/fault_detection/motion_votes.h"
 #include "modules/wm/fault_detection/source_monitor.h"
 #include "modules/wm/fault_detection/turned_path.h"
+#include "modules/wm/fault_detection/wheels_vote.h"
 #include "modules/wm/filter.h"
 #include "rcs/base/protection_quantiles.h"
 
@@ -218,6 +219,8 @@ class Trust {
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
   [[nodiscard]] bool wheels_are_refused(const FilterState& belief) const;
+  bool wheels_are_outvoted(const Measurement& m, const FilterState& belief);
+  FilterState exclude_outvoted_odometry(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool wheels_contradict_ins(const FilterState& others) const;
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
   FilterState exclude_odometry(const FilterState& belief, const ModeParams& modes);
@@ -294,6 +297,8 @@ class Trust {
   static constexpr double kFollowsConstraint = 0.1;       // 1.5 of them: the INS is not suspect
   static constexpr double kQuiet = 0.15;                  // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
+  /// A source that was excluded so short before another one was so because of it.
+  static constexpr Duration kConsequence = from_seconds(10.0);
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;
@@ -324,9 +329,12 @@ class Trust {
   double wheels_mps_ = 0.0;  ///< newest speed
   Stamp wheels_heard_ = Stamp::min();
   Quat rotation_ = Quat::Identity();  ///< by the INS while it is excluded
-  Turns turns_of_ins_right_;          ///< when that hypothesis began
-  TurnedPath turned_;                 ///< while GPS is not fused
+  Stamp rotated_ = Stamp::min();      ///< newest of its samples
+  WheelsVote others_against_wheels_;
+  Turns turns_of_ins_right_;  ///< when that hypothesis began
+  TurnedPath turned_;         ///< while GPS is not fused
   InertialTest ins_by_ladar_, ins_by_gps_, ins_by_constraint_;
+  InertialTest ins_rises_;  // the part of the last one upwards
   ScanRotation scan_;
   static constexpr double kNever_m = -1e9;
   double ladar_poor_m_ = kNever_m;  ///< distance driven when fixes last contradicted the LADAR

@@ -34,7 +34,7 @@ std::optional<double> Trust::Drift::add(Stamp stamp, double value) {
 /// long.
 void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
   if (!params.constrained) return;
-  double ratio = -1.0;
+  Vec2 ratio = Vec2::Constant(-1.0);  // to the left, upwards
   for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) {
     if (!inertial->subfilter.alive()) continue;
     const FilterState& s = inertial->subfilter.state;
@@ -45,17 +45,20 @@ void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
     for (std::size_t k = 0; k < 2; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
       const std::optional<double> drift = inertial->across[k].add(stamp, r.r[axis]);
-      if (drift) ratio = std::max(ratio, *drift * *drift / (S(axis, axis) + floor));
+      if (drift) ratio[axis] = std::max(ratio[axis], *drift * *drift / (S(axis, axis) + floor));
     }
   }
-  if (ratio >= 0.0) ins_by_constraint_.add(ratio / limit_1_, stamp);
+  if (ratio.maxCoeff() < 0.0) return;
+  ins_by_constraint_.add(ratio.maxCoeff() / limit_1_, stamp);
+  ins_rises_.add(ratio.y() / limit_1_, stamp);
 }
 
-/// A slide violates it, too, but the LADAR then confirms the INS.
+/// A slide violates it, too, but the LADAR then confirms the INS. No vehicle slides upwards: a
+/// LADAR that confirms that follows the INS.
 bool Trust::violates_constraint(double ratio) const {
-  const bool slides =
+  const bool confirmed =
       ins_by_ladar_.tested != Stamp::min() && ins_by_ladar_.ratio < kCalm && !ladar_is_poor();
-  return ins_by_constraint_.ratio > ratio && !slides;
+  return ins_by_constraint_.ratio > ratio && (!confirmed || ins_rises_.ratio > 1.0);
 }
 
 }  // namespace rcs::wm

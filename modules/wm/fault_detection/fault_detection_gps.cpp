@@ -312,9 +312,17 @@ bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& 
 std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const GpsFix& z,
                                                    const FilterState& belief) {
   const NavState& x = belief.belief.x;
-  const double sigma_m = z.sigma_m.head<2>().maxCoeff();
-  turned_.add(x.stamp, x.T_world_vehicle * model.params.gps.lever_m, x.v_world,
-              (x.T_world_vehicle.q * x.rate_vehicle).z(), z.p_world, sigma_m);
+  TurnedPath::Fix fix{z.p_world, z.sigma_m.head<2>().maxCoeff()};
+  if (z.has_velocity) {
+    // Without the velocity of the antenna against the vehicle.
+    const Residual<3> r = gps_velocity(x, z, model.params.gps, accel_world(belief));
+    fix.v_mps = x.v_world + r.r;
+    fix.sigma_mps = std::sqrt(r.R.diagonal().head<2>().maxCoeff());
+  }
+  turned_.add(x.stamp,
+              {x.T_world_vehicle * model.params.gps.lever_m, x.v_world,
+               (x.T_world_vehicle.q * x.rate_vehicle).z()},
+              fix);
   const std::optional<TurnedPath::Turn> turn = turned_.found();
   if (!turn) return std::nullopt;
   FilterState next = belief;

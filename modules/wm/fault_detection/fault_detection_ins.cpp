@@ -33,7 +33,6 @@ constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides n
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
 // An exclusion of GPS or the LADAR that is as recent is a consequence of the fault of the INS.
-constexpr Duration kConsequence = from_seconds(10.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
 constexpr double kSame2 = 9.21;                       // chi-square, 99 %, 2 dof and 1 dof
 constexpr double kSame1 = 6.63;
@@ -232,6 +231,7 @@ void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
   if (const ImuSample* imu = m.imu()) {
     const Vec3 turned = imu->delta_angle - seconds(imu->interval) * x.gyro_bias;
     rotation_ = (rotation_ * exp_so3(turned)).normalized();
+    rotated_ = m.stamp;
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
     const bool accepted = belief.memory.of(Source::kOdometry).accepted == m.stamp;
     votes_.add(m.stamp, *wheels, x.wheel_scale, accepted);
@@ -244,7 +244,7 @@ void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
   votes_.expire(m.stamp, !belief.memory.withheld.ins);
-  for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_, &ins_by_constraint_}) {
+  for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_, &ins_by_constraint_, &ins_rises_}) {
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
   }

@@ -24,6 +24,7 @@ constexpr double kStuckShare = 0.05;
 constexpr Duration kRefusedFor = from_seconds(2.0);
 constexpr int kRefusedSamples = 8;
 constexpr Duration kConfirmed = from_seconds(0.5);  // age of a match or fix
+constexpr int kFollowing = 4;                       // of the constraint, accepted in a row
 
 bool same(double a_mps, double b_mps) {
   return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
@@ -118,9 +119,45 @@ bool Trust::wheels_are_refused(const FilterState& belief) const {
   };
   const bool suspect = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > kCalm ||
                        ins_by_ladar_.ratio > kInsCalm || violates_constraint(kSuspectAcross);
-  const bool follows = m.of(Source::kNonHolonomic).refused == 0;
+  const bool follows = m.of(Source::kNonHolonomic).in_row >= kFollowing;
   return uses_forces(belief) && follows && !suspect && m.odometry_heard > now - kConfirmed &&
          (confirms(Source::kRolling) || confirms(Source::kGpsVelocity));
+}
+
+/// Without INS the yaw rate and the speed of the wheels move the filter, and a filter that is wrong
+/// rejects the fixes.
+bool Trust::wheels_are_outvoted(const Measurement& m, const FilterState& belief) {
+  WheelsVote& others = others_against_wheels_;
+  const bool without_ins = belief.memory.withheld.any_of_ins() || !belief.belief.x.inertial;
+  if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
+    others.add(m.stamp, *wheels, belief.belief.x.wheel_scale);
+  } else if (const auto* const fix = std::get_if<GpsFix>(&m.value)) {
+    others.add(m.stamp, *fix);
+  } else if (const auto* const match = std::get_if<RollingMatch>(&m.value)) {
+    const bool turns = belief.memory.withheld.any_of_ins() && rotated_ > m.stamp - kFresh;
+    others.add(m.stamp, *match, turns ? &rotation_ : nullptr);
+  }
+  return without_ins && others.contradicts();
+}
+
+/// What they have done to the filter in the last seconds, if it has accepted them, is uncertain,
+/// and fixes that it has rejected since are used again.
+FilterState Trust::exclude_outvoted_odometry(const FilterState& belief, const ModeParams& modes) {
+  FilterState loose = belief;
+  if (belief.memory.of(Source::kOdometry).refused == 0) {
+    const Motion& apart = others_against_wheels_.apart();
+    const double m = std::abs(apart.distance_m);
+    const double mps = m / seconds(WheelsVote::kWindow);
+    loose.belief = loosen_world(belief.belief, Vec3(m, m, 0.0), apart.turn_rad);
+    loose.belief.P.diagonal().segment<2>(kVelocity).array() += mps * mps;
+  }
+  const bool consequence =
+      belief.memory.of(Source::kGpsPosition).accepted > belief.belief.x.stamp - kConsequence;
+  if (others_against_wheels_.by_fixes() && belief.memory.gps_accused && consequence) {
+    loose.memory.withheld.gps = loose.memory.gps_accused = false;
+    loose.memory.of(Source::kGpsPosition).refused = 0;
+  }
+  return exclude_odometry(loose, modes);
 }
 
 FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams& modes) {
@@ -147,7 +184,8 @@ std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
   odometry_judged_ = now;
   if (std::max(std::abs(ahead_mps), std::abs(z.speed_mps)) < kMoves_mps) return std::nullopt;
   // Healthy wheels slip now and then.
-  const bool agrees = same(ahead_mps + wheel_speed(x, z, params).r[0], ahead_mps);
+  const bool turns = x.inertial || others_against_wheels_.turn_alike(now);
+  const bool agrees = turns && same(ahead_mps + wheel_speed(x, z, params).r[0], ahead_mps);
   odometry_agrees_s_ = std::max(0.0, odometry_agrees_s_ + (agrees ? dt_s : -2.0 * dt_s));
   if (odometry_agrees_s_ < seconds(monitors_.odometry.wait())) return std::nullopt;
   // A readmission starts all tests again: not while one of them may be about to decide.
