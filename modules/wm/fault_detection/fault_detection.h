@@ -299,6 +299,7 @@ class Trust {
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   /// A source that was excluded so short before another one was so because of it.
   static constexpr Duration kConsequence = from_seconds(10.0);
+  static constexpr double kMajority = 0.5;  // of low-passed votes, from -1 to 1
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;

@@ -15,11 +15,9 @@ constexpr double kFloor_m = 0.1;        // the same of its translation
 constexpr double kFloor_mps = 0.1;      // and of the velocity of a fix
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
-constexpr int kGyroRefused = 5;         // matches in a row, while the rotation alone is used
 constexpr double kVoteShare = 0.1;      // of the newest vote of the wheels in the low-passed one
 constexpr double kFixShare = 0.15;      // of the newest fix in the low-passed velocities
 constexpr double kNearer = 0.5;         // to the fixes than the other one: they support it
-constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
 // Ratio beyond which INS and LADAR contradict each other by a fault if nothing else shows whose.
@@ -32,20 +30,6 @@ constexpr Duration kVisible = from_seconds(10.0);   // weighted time after which
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
-// An exclusion of GPS or the LADAR that is as recent is a consequence of the fault of the INS.
-constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
-constexpr double kSame2 = 9.21;                       // chi-square, 99 %, 2 dof and 1 dof
-constexpr double kSame1 = 6.63;
-constexpr double kSameHeading_rad = 0.035;  // since the comparison began
-constexpr int kAgreeing = 10;               // measurements that readmit the INS, at least
-constexpr int kShareAgreeing = 9;           // accepted ones for each rejected one
-// Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
-// right again. A fault that lasts may be another bias.
-constexpr Duration kOtherBiases = from_seconds(15.0);
-constexpr double kSameGyro_radps = 0.0005;
-constexpr double kSameAccel_mps2 = 0.02;
-constexpr double kOtherGyro_radps = 0.02;
-constexpr double kOtherAccel_mps2 = 0.3;
 
 /// Normalized innovation squared of a part of a residual.
 template <int N, int M>
@@ -225,22 +209,6 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
   wheels_vote_ += kVoteShare * (vote - wheels_vote_);
 }
 
-/// The rotation by an excluded INS against wheels and LADAR.
-void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
-  const NavState& x = belief.belief.x;
-  if (const ImuSample* imu = m.imu()) {
-    const Vec3 turned = imu->delta_angle - seconds(imu->interval) * x.gyro_bias;
-    rotation_ = (rotation_ * exp_so3(turned)).normalized();
-    rotated_ = m.stamp;
-  } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
-    const bool accepted = belief.memory.of(Source::kOdometry).accepted == m.stamp;
-    votes_.add(m.stamp, *wheels, x.wheel_scale, accepted);
-  } else if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
-    votes_.add_turn(m.stamp, *z, {Pose{rotation_, Vec3::Zero()}, monitors_.ins.excluded(), 0.0},
-                    !belief.memory.withheld.ins);
-  }
-}
-
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
   votes_.expire(m.stamp, !belief.memory.withheld.ins);
@@ -366,114 +334,6 @@ bool Trust::gyro_is_right(Stamp now) const {
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
          std::max({votes_.long_turns(), votes_.course_turns(), votes_.unconfirmed_turns()}) <
              kMajority;
-}
-
-/// The youngest one that branched before the fault can have had an effect.
-const Subfilter& Trust::without_ins_since_the_fault() const {
-  const auto& [newest, second, third] = without_ins_recent_;
-  for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
-    const bool before = candidate->alive() && ins_quiet_ != Stamp::min() &&
-                        candidate->branch <= ins_quiet_ - kBefore;
-    if (before) return *candidate;
-  }
-  return without_ins_;
-}
-
-FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
-  const Stamp now = belief.belief.x.stamp;
-  // A rotation that is wrong, too, has spoilt the younger ones.
-  const bool in_part_before = belief.memory.withheld.force;
-  // GPS was excluded for contradicting the filter of which the INS is now known to be wrong.
-  const bool fixes_are_right =
-      gps_is_right(now) || (accepts_fixes(keeps_gps_) && keeps_gps_.agreed >= kHeldFixes);
-  FilterState next = fixes_are_right  ? keeps_gps_.state
-                     : in_part_before ? without_ins_.state
-                                      : without_ins_since_the_fault().state;
-  next.memory.withheld = belief.memory.withheld;
-  if (fixes_are_right) next.memory.withheld.gps = false;
-  // Likewise without that filter, soon after.
-  const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
-  if (belief.memory.gps_accused && fix > now - kConsequence) {
-    next.memory.withheld.gps = next.memory.gps_accused = false;
-    next.memory.of(Source::kGpsPosition).refused = 0;
-  }
-  // Likewise the LADAR.
-  if (belief.memory.withheld.ladar && monitors_.ladar.excluded() > now - kConsequence) {
-    next.memory.withheld.ladar = false;
-    next.memory.of(Source::kRolling).refused = 0;
-  }
-  monitors_.ins.exclude(now);
-  next.memory.withheld.force = !in_part_before && !fixes_are_right && gyro_is_right(now);
-  next.memory.withheld.ins = !next.memory.withheld.force;
-  // The sub-filter has not used it: no gap begins.
-  if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
-  return found(Finding::kInsFaulty, next, belief, modes);
-}
-
-void Trust::suppose_ins_right(const FilterState& belief) {
-  const Stamp now = belief.belief.x.stamp;
-  ins_right_ = {belief, now, belief.memory.distance_m};
-  turns_of_ins_right_ = votes_.turns();
-  FilterState& s = ins_right_.state;
-  s.memory.withheld.ins = s.memory.withheld.force = false;
-  s.memory.ins_stamp = now;
-  const bool other = now - monitors_.ins.excluded() > kOtherBiases;
-  const double gyro_radps = other ? kOtherGyro_radps : kSameGyro_radps;
-  const double accel_mps2 = other ? kOtherAccel_mps2 : kSameAccel_mps2;
-  s.belief.P.diagonal().segment<3>(kGyroBias).array() += gyro_radps * gyro_radps;
-  s.belief.P.diagonal().segment<3>(kAccelBias).array() += accel_mps2 * accel_mps2;
-}
-
-/// The hypothesis that the INS is right again.
-std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
-                                                      const FilterState& belief,
-                                                      const ModeParams& modes) {
-  const Stamp now = belief.belief.x.stamp;
-  if (monitors_.ins.excluded() == Stamp::min()) {  // the filter has been restarted since
-    monitors_.ins.exclude(now);
-  }
-  // The rotation is wrong, too.
-  const bool contradicted = belief.memory.withheld.force && without_ins_.alive() &&
-                            now - without_ins_.branch >= kYoung &&
-                            (belief.memory.of(Source::kRolling).refused >= kGyroRefused ||
-                             votes_.unconfirmed_turns() > kMajority);
-  if (contradicted) {
-    FilterState next = without_ins_.state;
-    next.memory.withheld = belief.memory.withheld;
-    next.memory.withheld.force = false;
-    next.memory.withheld.ins = true;
-    return found(Finding::kInsFaulty, next, belief, modes);
-  }
-  if (!ins_right_.alive()) {
-    if (m.imu() == nullptr || now - monitors_.ins.excluded() < kExcludedFor) return std::nullopt;
-    suppose_ins_right(belief);
-    return std::nullopt;
-  }
-  const bool long_enough =
-      now - ins_right_.began >= monitors_.ins.wait() && ins_right_.agreed >= kAgreeing &&
-      ins_right_.agreed >= kShareAgreeing * ins_right_.refused && ins_right_.refused_in_row == 0;
-  if (!long_enough || !ins_right_.state.belief.x.inertial) {
-    const bool began_during_the_fault = now - ins_right_.began > 2 * monitors_.ins.wait();
-    if (began_during_the_fault) ins_right_ = {};
-    return std::nullopt;
-  }
-  // A filter without INS and wheels is so uncertain that it agrees with every heading.
-  const double turned_rad = log_so3(belief.belief.x.T_world_vehicle.q.conjugate() *
-                                    ins_right_.state.belief.x.T_world_vehicle.q)
-                                .norm();
-  // With the gyro the filter knows its tilt: forces that change it are wrong.
-  const bool confirmed =
-      (uses_wheels(belief) || turned_rad < kSameHeading_rad) &&
-      (!belief.memory.withheld.force || tilt_difference(belief, ins_right_.state) <= kSame2);
-  // A false readmission is worse than a late one.
-  if (difference(belief, ins_right_.state, params_.floor_m) > kSame2 ||
-      heading_difference(belief, ins_right_.state) > kSame1 ||
-      votes_.contradict_ins_since(turns_of_ins_right_) || !confirmed) {
-    ins_right_ = {};
-    return std::nullopt;
-  }
-  monitors_.ins.readmit(now);
-  return found(Finding::kInsReadmitted, ins_right_.state, belief, modes);
 }
 
 double Trust::ins_test_ratio() const {
