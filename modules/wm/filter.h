@@ -139,6 +139,9 @@ struct Memory {
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   RejectedMatches rejected_matches;
   Withheld withheld;
+  /// Since the position was last fixed the motion has been measured by the LADAR alone: an error of
+  /// it was not seen.
+  bool unconfirmed = false;
   Stamp fix_heard = Stamp::min();  ///< newest fix, accepted or not
   bool gps_accused = false;        ///< excluded for its content, not after a silence
   GpsScale gps_scale;
@@ -179,6 +182,13 @@ inline bool uses_wheels(const FilterState& s) {
   const Stamp newest = s.memory.of(Source::kOdometry).accepted;
   const bool withheld = s.memory.withheld.odometry || s.memory.withheld.wheels;
   return !withheld && newest > s.belief.x.stamp - kRecent;
+}
+
+/// For some seconds nothing but the LADAR has measured the motion.
+inline bool ladar_is_alone(const FilterState& s) {
+  const Stamp recent = s.belief.x.stamp - from_seconds(2.0);
+  const bool ins = s.belief.x.inertial || s.memory.ins_stamp > recent;
+  return !ins && !uses_wheels(s) && s.memory.of(Source::kGpsPosition).accepted < recent;
 }
 
 /// Without gravity [m/s^2].

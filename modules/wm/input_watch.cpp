@@ -44,13 +44,13 @@ Duration InputWatch::limit(Input input) const {
 bool InputWatch::silent(Input input, Stamp now) const { return silence(input, now) > limit(input); }
 
 Duration InputWatch::all_silent_for(Stamp now) const {
+  constexpr Input kMoving[] = {Input::kIns, Input::kGps, Input::kLadar};
   Stamp newest = Stamp::min();
-  for (const Arrivals& a : arrivals_) newest = std::max(newest, a.arrival);
+  for (const Input input : kMoving) newest = std::max(newest, of(input).arrival);
   if (newest == Stamp::min()) return Duration(-1);
   // The fastest of the sources that were active until then is missed first.
   Duration shortest = Duration::max();
-  for (std::size_t i = 0; i < kInputs; ++i) {
-    const auto input = static_cast<Input>(i);
+  for (const Input input : kMoving) {
     const bool there =
         of(input).arrival != Stamp::min() && newest - of(input).arrival <= limit(input);
     if (there) shortest = std::min(shortest, limit(input));

@@ -24,8 +24,8 @@ class InputWatch {
   [[nodiscard]] Duration limit(Input input) const;
   /// The input has arrived before, and its silence exceeds the limit.
   [[nodiscard]] bool silent(Input input, Stamp now) const;
-  /// Excess of the silence of all inputs over the limit of the fastest of them; zero or less: some
-  /// input is received.
+  /// Excess of the silence of all inputs but odometry over the limit of the fastest of them; zero
+  /// or less: some input is received. Wheels alone do not move the filter.
   [[nodiscard]] Duration all_silent_for(Stamp now) const;
 
  private:

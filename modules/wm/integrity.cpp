@@ -23,14 +23,6 @@ Vec3 apart_from_matches(const FilterState& s) {
   return m.displacement(s.belief.x.stamp, rejected);
 }
 
-/// Of the motion nothing but the LADAR has been measured for some seconds: an error of it would not
-/// be seen.
-bool ladar_is_alone(const FilterState& s, bool gps) {
-  constexpr Duration kRecent = from_seconds(2.0);
-  const bool ins = s.belief.x.inertial || s.memory.ins_stamp > s.belief.x.stamp - kRecent;
-  return !gps && !ins && !uses_wheels(s);
-}
-
 /// Growth of the horizontal variance without fixes.
 class Growth {
  public:
@@ -98,7 +90,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const double rival_m = std::max(excluded(gps) ? trust.rival_m() : 0.0, trust.map_rival_m());
   const Vec3 refuted_m = apart_from_matches(state);
   const UndetectedError undetected = trust.undetected(state.belief.x.stamp);
-  if (out.validity == Validity::kWorld && !ladar_is_alone(state, fused(gps))) {
+  if (out.validity == Validity::kWorld && !state.memory.unconfirmed) {
     out.protection_horizontal_m =
         std::max({refuted_m.head<2>().norm() + kHorizontalQuantile * sigma_h,
                   std::max(unseen_m, rival_m) + 2.0 * sigma_h, undetected.horizontal_m});

@@ -49,6 +49,8 @@ void Fuser::note(const Innovation& i) {
   SourceRecord& record = s_.memory.of(i.source);
   if (i.reason == Reason::kAccepted) {
     record = {stamp(), s_.memory.distance_m, 0, record.in_row + 1};
+    const bool fixes = i.source == Source::kGpsPosition || i.source == Source::kPriorMap;
+    if (fixes) s_.memory.unconfirmed = false;
   } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
     ++record.refused;
     record.in_row = 0;
@@ -184,6 +186,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     return;
   }
   s_.memory.rejected_matches.stamp = Stamp::min();
+  s_.memory.unconfirmed = s_.memory.unconfirmed || ladar_is_alone(s_);
   // The scan with its error is part of the map now, to which later scans are matched.
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
   s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();

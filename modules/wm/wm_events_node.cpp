@@ -32,7 +32,8 @@ constexpr std::string_view kFindings[] = {
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
     "INS readmitted: it agrees with the other sources",
     "odometry excluded: two sources that agree contradict it; the belief continues without it",
-    "odometry readmitted: its speed agrees with the belief"};
+    "odometry readmitted: its speed agrees with the belief",
+    "GPS excluded: the belief has rejected its fixes; no filter without GPS tells which is wrong"};
 
 constexpr char kFdeText[] = "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m";
 

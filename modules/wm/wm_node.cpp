@@ -220,8 +220,8 @@ void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
   const std::int64_t missed = missed_between(kept_.registration_seq, m.seq);
   kept_.registration_seq = m.seq;
-  if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   if (!is_answer(m.stop)) return;  // no result; SP has reported the reason
+  if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   const std::optional<Registration> z = admit(m);
   if (!z) {
     tell_refused(registrations_, Reason::kInvalid, now, &report_);

@@ -19,6 +19,7 @@ constexpr double kBegin_s = 25.0;  // of the faults
 struct Fault {
   std::function<double(double t_s, double radps)> gyro = [](double, double radps) { return radps; };
   Vec2 drift_mps = Vec2::Zero();
+  double turned_rad = 0.0;  ///< of the fixes
   double wheels = 1.0;
 };
 
@@ -37,13 +38,21 @@ double drive(const Fault& fault, unsigned seed = 1, double bend_radps = 0.15) {
     shape.turn(Stamp() + from_seconds(t), faulty ? fault.gyro(t - kBegin_s, radps) : radps);
     if (k % 20 != 0) continue;
     Vec2 v = kSpeed_mps * Vec2(std::cos(heading_rad), std::sin(heading_rad));
-    if (faulty) v += fault.drift_mps;
+    if (faulty) v = Eigen::Rotation2Dd(fault.turned_rad) * v + fault.drift_mps;
     v += Vec2(noise(random), noise(random));
     shape.add(Stamp() + from_seconds(t), v, fault.wheels * kSpeed_mps);
   }
   const std::optional<double> result = shape.gyro_against_fixes();
   EXPECT_TRUE(result.has_value());
   return result.value_or(0.0);
+}
+
+TEST(CourseShape, FixesThatAreTurnedAreNoWrongGyro) {
+  for (const double turned_deg : {-20.0, -3.0, 3.0, 20.0}) {
+    Fault fault;
+    fault.turned_rad = radians(turned_deg);
+    EXPECT_LT(drive(fault), 5.0) << turned_deg;
+  }
 }
 
 TEST(CourseShape, AWrongGyroTurnsTheCourseSteadily) {

@@ -184,5 +184,47 @@ TEST(FaultDetection, AWrongFirstHeadingIsNoFaultOfGps) {
   }
 }
 
+/// The motion by LADAR and wheels is no judge of the fixes.
+TEST(FaultDetection, WithoutInsFromTheStartGpsIsKept) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Disturbance d;
+    d.has_ins = [](double) { return false; };
+    d.sigma_v_mps = 0.05;
+    const Seen seen = drive(150.0, d, seed, 20.0, radians(25.0));
+    std::printf("worst %.2f m, outside %d of %d\n", seen.worst_m, seen.beyond_protection,
+                seen.samples);
+    EXPECT_FALSE(seen.found(Finding::kGpsFaulty)) << seed;
+    EXPECT_LT(seen.worst_m, 2.0) << seed;
+  }
+}
+
+/// Without a fault of the INS nothing has turned the filter: the fixes are turned.
+TEST(FaultDetection, FixesThatAreTurnedDoNotTurnTheFilter) {
+  for (const double turned_deg : {-20.0, 8.0, 90.0}) {
+    Disturbance d;
+    d.sigma_v_mps = 0.05;
+    d.turned_rad = [=](double t) { return t > 40.0 ? radians(turned_deg) : 0.0; };
+    const Seen seen = drive(100.0, d, 1, 20.0);
+    std::printf("%.0f deg: worst %.2f m\n", turned_deg, seen.worst_m);
+    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << turned_deg;
+    EXPECT_LT(seen.worst_m, 2.0) << turned_deg;
+    EXPECT_EQ(seen.beyond_protection, 0) << turned_deg;
+  }
+}
+
+TEST(FaultDetection, FixesThatRiseAreExcludedAndNotReadmitted) {
+  for (const double mps : {-0.3, 0.3, 0.6}) {
+    Disturbance d;
+    d.sigma_v_mps = 0.05;
+    d.fix_off = [=](double t) { return Vec3(0.0, 0.0, mps * std::max(0.0, t - 40.0)); };
+    d.velocity_off = [=](double t) { return Vec3(0.0, 0.0, t > 40.0 ? mps : 0.0); };
+    const Seen seen = drive(110.0, d, 1, 20.0);
+    std::printf("%.1f m/s: height off by %.2f m\n", mps, seen.end_up_m);
+    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << mps;
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << mps;
+    EXPECT_LT(std::abs(seen.end_up_m), 2.0) << mps;
+  }
+}
+
 }  // namespace
 }  // namespace rcs::wm

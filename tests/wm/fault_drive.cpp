@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 #include "modules/wm/integrity.h"
 
@@ -49,6 +50,8 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
   Sensors sensors(truth, params, sensed);
   Estimator estimator(params, test_datum());
   const LocalFrame frame(test_datum());
+  std::mt19937 random(seed);
+  std::normal_distribution<double> unit;
   Seen seen;
   int findings = 0;
   Pose local_before;
@@ -61,7 +64,20 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     if (d.has_ins(t)) estimator.add(imu);
     if (i % 20 == 0) {
       GeodeticFix fix = sensors.gps(i);
-      fix.antenna = frame.to_geodetic(frame.to_world(fix.antenna) + d.fix_off(t));
+      const Quat turned(Eigen::AngleAxisd(d.turned_rad(t), Vec3::UnitZ()));
+      const std::size_t at_40s = std::min(truth.size() - 1, std::size_t{4000});
+      const Vec3 center = truth[at_40s].T_world_vehicle.p;
+      const Vec3 antenna = center + turned * (frame.to_world(fix.antenna) - center);
+      fix.antenna = frame.to_geodetic(antenna + d.fix_off(t));
+      fix.fix.has_velocity = d.sigma_v_mps > 0.0;
+      if (fix.fix.has_velocity) {
+        const Truth& x = truth[i];
+        fix.fix.v_world =
+            x.v_world + x.T_world_vehicle.q * x.rate_vehicle.cross(params.gps.lever_m);
+        fix.fix.v_world = turned * fix.fix.v_world;
+        for (double& v : fix.fix.v_world) v += d.sigma_v_mps * unit(random);
+        fix.fix.sigma_v_mps.setConstant(d.sigma_v_mps);
+      }
       fix.fix.v_world += d.velocity_off(t);
       if (d.has_fix(t)) estimator.add(now, fix);
     }
@@ -114,6 +130,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     seen.worst_local_step_m = std::max(seen.worst_local_step_m, (local_moved.p - moved.p).norm());
     seen.beyond_protection += error > told.protection_horizontal_m ? 1 : 0;
     seen.above_protection += std::abs(off_m.z()) > told.protection_vertical_m ? 1 : 0;
+    seen.lowest_level_m = std::min(seen.lowest_level_m, told.protection_horizontal_m);
     seen.highest_level_up_m = std::max(seen.highest_level_up_m, told.protection_vertical_m);
     ++seen.samples;
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,9 @@ struct Disturbance {
   std::function<Vec3(double t_s)> fix_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<Vec3(double t_s)> velocity_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<bool(double t_s)> has_fix = [](double) { return true; };
+  /// Of positions and velocities of the fixes, about where the vehicle was at 40 s.
+  std::function<double(double t_s)> turned_rad = [](double) { return 0.0; };
+  double sigma_v_mps = 0.0;  ///< of the velocities of the fixes; 0: they have none
   std::function<bool(double t_s)> has_match = [](double) { return true; };
   std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<void(double t_s, RollingMatch* match)> match = [](double, RollingMatch*) {};
@@ -39,13 +43,14 @@ struct Seen {
   double first_alert_s = -1.0;  ///< ALERT_GPS
   double first_ladar_alert_s = -1.0;
   double first_ins_alert_s = -1.0;
-  double worst_m = 0.0;             ///< horizontal error
-  double worst_local_step_m = 0.0;  ///< in addition to the motion
-  double end_m = 0.0;               ///< error at the end
-  double end_up_m = 0.0;            ///< of the height
-  int beyond_protection = 0;        ///< samples, horizontal
-  int above_protection = 0;         ///< samples, vertical
-  double highest_level_up_m = 0.0;  ///< vertical protection level
+  double worst_m = 0.0;                                             ///< horizontal error
+  double worst_local_step_m = 0.0;                                  ///< in addition to the motion
+  double end_m = 0.0;                                               ///< error at the end
+  double end_up_m = 0.0;                                            ///< of the height
+  int beyond_protection = 0;                                        ///< samples, horizontal
+  int above_protection = 0;                                         ///< samples, vertical
+  double highest_level_up_m = 0.0;                                  ///< vertical protection level
+  double lowest_level_m = std::numeric_limits<double>::infinity();  ///< horizontal
   int samples = 0;
   Trusted gps = Trusted::kNone;  ///< at the end
   Trusted ladar = Trusted::kNone;

@@ -46,6 +46,15 @@ TEST(InputWatch, AllAreSilentAsSoonAsTheFastestSourceWouldHaveBeenMissed) {
   EXPECT_GT(watch.all_silent_for(at(20.45)), Duration::zero());
 }
 
+TEST(InputWatch, WheelsAloneAreASilence) {
+  InputWatch watch;
+  receive(&watch, Input::kIns, 0.0, 10.0, 0.01);
+  receive(&watch, Input::kOdometry, 0.0, 20.0, 0.05);
+  EXPECT_FALSE(watch.silent(Input::kOdometry, at(20.0)));
+  EXPECT_LE(watch.all_silent_for(at(10.19)), Duration::zero());
+  EXPECT_GT(watch.all_silent_for(at(10.22)), Duration::zero());
+}
+
 TEST(InputWatch, AGapIsNotMistakenForAPeriod) {
   InputWatch watch;
   receive(&watch, Input::kIns, 0.0, 10.0, 0.01);

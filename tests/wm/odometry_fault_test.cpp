@@ -129,7 +129,23 @@ TEST(OdometryFault, WithTheLadarAloneThereIsNoProtectionLevel) {
     if (t > kFault_s) wheels->speed_mps = std::numeric_limits<double>::quiet_NaN();
   };
   const Seen seen = drive(kFault_s + 10.0, d, 1, kFault_s + 3.0);
-  EXPECT_TRUE(std::isinf(seen.highest_level_up_m));
+  EXPECT_TRUE(std::isinf(seen.lowest_level_m));
+}
+
+/// What has happened meanwhile stays unknown until the position is fixed.
+TEST(OdometryFault, AfterTheLadarAloneThereIsNoLevelBeforeTheNextFix) {
+  for (const bool fixes : {false, true}) {
+    Disturbance d;
+    d.has_fix = [=](double t) { return t < 25.0 || (fixes && t > 50.0); };
+    d.has_ins = [](double t) { return t < kFault_s || t > kFault_s + 5.0; };
+    d.wheels = [](double t, OdometrySample* wheels) {
+      if (t > kFault_s && t < kFault_s + 5.0) {
+        wheels->speed_mps = std::numeric_limits<double>::quiet_NaN();
+      }
+    };
+    const Seen seen = drive(kEnd_s, d, 1, kFault_s + 3.0);
+    EXPECT_EQ(std::isinf(seen.lowest_level_m), !fixes);
+  }
 }
 
 }  // namespace

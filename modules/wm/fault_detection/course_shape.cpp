@@ -112,6 +112,20 @@ double CourseShape::residual_of_drift(Stamp begin) const {
   return drift.residual();
 }
 
+double CourseShape::residual_of_turned_fixes(Stamp begin) const {
+  const std::size_t n = in_window();
+  const double origin_rad = sample(count_ - n).turned_rad;
+  LeastSquares<2> across;
+  LeastSquares<1> ahead;
+  for (std::size_t k = count_ - n; k < count_; ++k) {
+    const Sample& s = sample(k);
+    const double turned = s.stamp > begin ? 1.0 : 0.0;
+    across.add(s.speed_mps * Vec2(1.0, turned), s.speed_mps * (s.turned_rad - origin_rad));
+    ahead.add(Vec<1>(1.0), s.beyond_mps);
+  }
+  return across.residual() + ahead.residual();
+}
+
 std::optional<double> CourseShape::gyro_against_fixes() const {
   const std::size_t n = in_window();
   if (n < kFewest) return std::nullopt;
@@ -126,7 +140,7 @@ std::optional<double> CourseShape::gyro_against_fixes() const {
       const Stamp end = j == kBegins ? last : first + j * step;
       if (end - begin >= kShortest) turn = std::min(turn, residual_of_turn(begin, end));
     }
-    drift = std::min(drift, residual_of_drift(begin));
+    drift = std::min({drift, residual_of_drift(begin), residual_of_turned_fixes(begin)});
   }
   const double floor = 2.0 * static_cast<double>(n) * kNoise_mps * kNoise_mps;
   return static_cast<double>(n) * std::log((drift + floor) / (turn + floor));

@@ -1,7 +1,8 @@
 #pragma once
 // Between GPS and the gyro, whose courses differ: the shape of the difference. A wrong gyro turns
 // the heading steadily and leaves the speed as it is. Fixes that drift have a velocity error that
-// begins at once, is constant in the world, and shows in the speed as the vehicle turns.
+// begins at once, is constant in the world, and shows in the speed as the vehicle turns. Fixes that
+// are turned have a course that steps.
 
 #include <array>
 #include <cstddef>
@@ -21,7 +22,7 @@ class CourseShape {
   /// @param wheels_mps  speed by the wheels; 0: not known, and the comparison begins again
   void add(Stamp stamp, const Vec2& v_fix_mps, double wheels_mps);
 
-  /// Logarithm of the likelihood ratio of a wrong gyro and of drifting fixes, over the last 20 s,
+  /// Logarithm of the likelihood ratio of a wrong gyro and of wrong fixes, over the last 20 s,
   /// if they have been received at least twice a second and without a gap.
   [[nodiscard]] std::optional<double> gyro_against_fixes() const;
 
@@ -38,6 +39,8 @@ class CourseShape {
   [[nodiscard]] double residual_of_turn(Stamp begin, Stamp end) const;
   /// The same of a constant velocity error from `begin` on.
   [[nodiscard]] double residual_of_drift(Stamp begin) const;
+  /// The same of a constant angle from `begin` on.
+  [[nodiscard]] double residual_of_turned_fixes(Stamp begin) const;
   [[nodiscard]] const Sample& sample(std::size_t k) const { return samples_[k % kSamples]; }
 
   static constexpr std::size_t kSamples = 100;

@@ -394,6 +394,12 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
   if (accused && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
     if (!keeps_gps_.alive()) suppose_ins_faulty(belief);
+  } else if (accused && fix != nullptr) {
+    finding_ = Finding::kGpsRejected;
+    ++findings_;
+    const Nis n = nis(belief, *fix, model.params.gps, 0.0);
+    finding_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
+    finding_moved_m_ = 0.0;
   }
   // Without its sub-filter nothing replaces the filter.
   if (!belief.memory.gps_accused || !without_gps_.alive()) gps_suspect_ = Stamp::min();

@@ -61,11 +61,12 @@ enum class Finding : int {
   kGpsReadmissionRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
   kLadarFaulty,
   kLadarReadmitted,
-  kMapFaulty,          ///< the a priori map is faulty: excluded
-  kInsFaulty,          ///< the INS is faulty: excluded, the second process model replaces it
-  kInsReadmitted,      ///< the INS agrees with the other sources: readmitted
-  kOdometryFaulty,     ///< the speed of the wheels is wrong: excluded
-  kOdometryReadmitted  ///< it agrees with the filter: readmitted
+  kMapFaulty,           ///< the a priori map is faulty: excluded
+  kInsFaulty,           ///< the INS is faulty: excluded, the second process model replaces it
+  kInsReadmitted,       ///< the INS agrees with the other sources: readmitted
+  kOdometryFaulty,      ///< the speed of the wheels is wrong: excluded
+  kOdometryReadmitted,  ///< it agrees with the filter: readmitted
+  kGpsRejected  ///< the filter has rejected its fixes, and no sub-filter tells which one is wrong
 };
 
 /// How far the filter is off at most if a source is faulty: its distance to the sub-filter that
@@ -147,6 +148,8 @@ class Trust {
     int refused_in_row = 0;    ///< of them the newest in a row
     Vec2 off = Vec2::Zero();   ///< distance of its fix from the filter at the first test [m]
     double variance_m2 = 0.0;  ///< horizontal variance of the filter then, larger axis [m^2]
+    double up_m = 0.0;         ///< the same distance upwards
+    double up_variance_m2 = 0.0;
     double heading_rad = 0.0;  ///< by which the heading of the filter may be wrong
 
     [[nodiscard]] bool alive() const { return began != Stamp::min(); }
@@ -248,6 +251,7 @@ class Trust {
   /// The horizontal error that an undetected fault may have caused.
   [[nodiscard]] double possible_error_m(const FilterState& belief) const;
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
+  [[nodiscard]] double possible_turn_rad(const FilterState& belief) const;
   std::optional<FilterState> heading_is_wrong(const Model& model, const GpsFix& z,
                                               const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
@@ -351,8 +355,7 @@ class Trust {
   Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
   int map_contradicted_ = 0;              ///< fixes in a row
   bool accused_ = false;                  ///< gps_accused of the filter before the newest input
-  Vec<4> cusum_ =
-      Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
+  Vec6 cusum_ = Vec6::Zero();  ///< of the GPS velocity: east, west, north, south, up, down
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.

@@ -18,15 +18,17 @@ constexpr double kHeading_rad = 0.05;
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
 constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
+constexpr double kClimb_m = 0.5;          // drift of the height that the filter does not know of
 constexpr Duration kWheelsFresh = from_seconds(0.3);
 // After the first contradiction of the fixes; a fault of another source shows by then.
 constexpr Duration kShows = from_seconds(1.5);
-constexpr double kLimit =
-    9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
+// Chi-square, 99 %, 2 dof and 1 dof: a false readmission is worse than a late one.
+constexpr double kLimit = 9.21;
+constexpr double kLimit1 = 6.63;
 
 }  // namespace
 
-/// Cumulative sums (Page 1954) of the excess of the GPS velocity, in both directions of both axes:
+/// Cumulative sums (Page 1954) of the excess of the GPS velocity, in both directions of each axis:
 /// they detect slow drifts. The velocity error of the sub-filter, above all from its heading, is
 /// common to all fixes, so that no sum averages it out: three standard deviations of it are
 /// subtracted.
@@ -36,7 +38,7 @@ void Trust::sum_velocity(const Model& model, const GpsFix& z) {
   const FilterState& s = without_gps_.state;
   const Residual<3> r = gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
   const Mat3 shared = r.H * s.belief.P * r.H.transpose();
-  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const double white = std::sqrt(r.R(axis, axis));
     const double passed = kLetPass * std::hypot(std::sqrt(shared(axis, axis)), params_.floor_mps);
     double& up = cusum_[2 * axis];
@@ -85,7 +87,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
     suppose_ins_faulty(belief);
   }
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
-  if (!uses_forces(belief) && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
+  if (!uses_forces(belief)) return std::nullopt;
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
   // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
   constexpr Duration kShowsLater = from_seconds(3.0);
@@ -279,16 +281,26 @@ void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterS
 /// Slowly drifting fixes contradict neither the last fix nor a filter that follows them, but the
 /// motion: their distance from the filter changes by more than the filter can have drifted.
 bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
-  const Vec2 off = gps_position(belief.belief.x, z, model.params.gps).r.head<2>();
+  const Vec3 r = gps_position(belief.belief.x, z, model.params.gps).r;
+  const Vec2 off = r.head<2>();
   const double variance = largest_variance(horizontal(belief));
+  const double up_variance = belief.belief.P(kPosition + 2, kPosition + 2);
   if (gps_right_.variance_m2 == 0.0) {
     gps_right_.off = off;
     gps_right_.variance_m2 = variance;
+    gps_right_.up_m = r.z();
+    gps_right_.up_variance_m2 = up_variance;
   }
   const double turned_m = gps_right_.heading_rad * (belief.memory.distance_m - gps_right_.began_m);
   const double drifted = std::max(0.0, variance - gps_right_.variance_m2) + turned_m * turned_m;
   const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
-  return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
+  const double up_m = r.z() - gps_right_.up_m;
+  const double up = std::max(0.0, up_variance - gps_right_.up_variance_m2) +
+                    2.0 * z.sigma_m.z() * z.sigma_m.z() + kClimb_m * kClimb_m;
+  // After an outage, and without the forces of the INS, it is the height of the filter that drifts.
+  const bool climbs =
+      belief.memory.gps_accused && uses_forces(belief) && up_m * up_m > kLimit1 * up;
+  return !climbs && (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
 }
 
 double Trust::possible_error_m(const FilterState& belief) const {
@@ -303,7 +315,24 @@ bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& 
   Mat<2, 2> S = (r.H * belief.belief.P * r.H.transpose() + r.R).topLeftCorner<2, 2>();
   S.diagonal().array() += params_.floor_mps * params_.floor_mps;
   const Vec2 off = r.r.head<2>();
-  return off.dot(S.llt().solve(off)) <= kLimit;
+  const double up = (r.H * belief.belief.P * r.H.transpose() + r.R)(2, 2);
+  return off.dot(S.llt().solve(off)) <= kLimit && r.r.z() * r.r.z() <= kLimit1 * up;
+}
+
+/// By how much the heading may be wrong: unknown after a gap or a fault of the INS; otherwise by
+/// what a gyro bias may have caused since a sub-filter branched that has replaced the filter.
+/// Beyond it the fixes are what has turned.
+double Trust::possible_turn_rad(const FilterState& belief) const {
+  constexpr double kSigmas = 3.0;
+  const Memory& m = belief.memory;
+  const Stamp known = m.of(Source::kGpsPosition).accepted;
+  if (known == Stamp::min()) return kPi;
+  const Stamp since = known - 2 * params_.branch;
+  const bool lost = !uses_forces(belief) || std::max(m.ins_lost, m.ins_gap_end) > since ||
+                    monitors_.ins.excluded() > since;
+  if (lost) return kPi;
+  const double sigma_rad = std::sqrt(belief.belief.P(kAttitude + 2, kAttitude + 2));
+  return kSigmas * sigma_rad + kUndetected_radps * seconds(belief.belief.x.stamp - since);
 }
 
 /// A gap of all inputs, or an undetected gyro bias in an outage, leaves a heading that is wrong by
@@ -324,7 +353,7 @@ std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const Gps
                (x.T_world_vehicle.q * x.rate_vehicle).z()},
               fix);
   const std::optional<TurnedPath::Turn> turn = turned_.found();
-  if (!turn) return std::nullopt;
+  if (!turn || std::abs(yaw_of(turn->T_new_old.q)) > possible_turn_rad(belief)) return std::nullopt;
   FilterState next = belief;
   const double off_m = std::abs(gps_position(x, z, model.params.gps).r.z());
   const Vec3 sigma(turn->sigma_m, turn->sigma_m, std::hypot(off_m, z.sigma_m.z()));
@@ -350,7 +379,10 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
-  const bool agrees = consistent && n.horizontal <= model.gates[2] && moves_along(model, z, belief);
+  // After an outage the height has drifted, and that of the fixes is right.
+  const bool height = !m.gps_accused || n.vertical <= model.gates[1];
+  const bool agrees =
+      consistent && height && n.horizontal <= model.gates[2] && moves_along(model, z, belief);
   agreeing_[fixes_++ % agreeing_.size()] = agrees;
   if (!agrees) agreeing_since_ = Stamp::min();
   if (agrees && agreeing_since_ == Stamp::min()) agreeing_since_ = x.stamp;
