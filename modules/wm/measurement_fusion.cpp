@@ -110,8 +110,8 @@ void Fuser::correct_local(Source source, const NavState& before) {
 /// pose.
 bool Fuser::clone(const RollingMatch& z) {
   int unobserved = 0;
-  const Mat6 covariance =
-      registration_covariance(s_.belief.x, z.information, model_.params.rolling.match, &unobserved);
+  const Mat6 covariance = registration_covariance(
+      s_.belief.x, z.information, params_of(z, model_.params.rolling.match), &unobserved);
   if (unobserved > 0) return false;
   s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch, covariance);
   s_.memory.unmatched = Pose{};
@@ -130,6 +130,8 @@ double Fuser::new_share(Source source, double correlation_m) const {
 void Fuser::operator()(const RollingMatch& as_registered) {
   constexpr double kLeastWeight = 0.02;  // at standstill
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
+  const RollingParams& rolling = model_.params.rolling;
+  const RegistrationParams params = params_of(z, rolling.match);
   if (z.seeded) {
     // Also without LADAR: the new map is where the vehicle is, which measures nothing.
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
@@ -146,7 +148,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
   }
   // Rejected for long while SP tracks its map steadily: the estimated pose of that map is wrong.
   const bool refused_long =
-      s_.memory.of(Source::kRolling).refused + 1 >= model_.params.rolling.refused_until_reset;
+      s_.memory.of(Source::kRolling).refused + 1 >= rolling.refused_until_reset;
   if (z.map_epoch != s_.belief.x.map_epoch) {
     // The first message of a newer epoch was lost, or SP was started before WM. An older epoch is
     // late data, unless it persists: then SP was restarted.
@@ -157,7 +159,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
       // longer has, WM would wait for such a scan at rest for ever, as BG would for WM: the map is
       // where SP has the vehicle, as when it was seeded there.
       s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch,
-                              observed_covariance(z.information, model_.params.rolling.match));
+                              observed_covariance(z.information, params));
       s_.memory.unmatched = Pose{};
       note({stamp(), Source::kRolling, Reason::kAccepted});
       return;
@@ -165,13 +167,12 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     refuse(Source::kRolling, Reason::kEpoch);
     return;
   }
-  const RollingParams& rolling = model_.params.rolling;
   const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
   const double weight = std::max(kLeastWeight, new_share(Source::kRolling, rolling.correlation_m));
-  const auto match = [&](const NavState& x) { return rolling_match(x, z, rolling.match, weight); };
+  const auto match = [&](const NavState& x) { return rolling_match(x, z, params, weight); };
   const Residual<6> r = match(s_.belief.x);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
-  const Vec3 apart_m = displacement(s_.belief.x, z, model_.params.rolling.match);
+  const Vec3 apart_m = displacement(s_.belief.x, z, params);
   if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) {
     RejectedMatches& rejected = s_.memory.rejected_matches;
     const bool again = rejected.reset > stamp() - RejectedMatches::kResetLasts;
@@ -188,7 +189,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
   s_.memory.rejected_matches.stamp = Stamp::min();
   s_.memory.unconfirmed = s_.memory.unconfirmed || ladar_is_alone(s_);
   // The scan with its error is part of the map now, to which later scans are matched.
-  const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
+  const Mat6 inherited = rolling.inherited * observed_covariance(z.information, params);
   s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
   s_.memory.inherited_rad2 = inherited(5, 5);
   s_.belief = move_map(s_.belief, std::clamp(way_m, 0.0, 1.0) * inherited);

@@ -41,6 +41,9 @@ struct RollingMatch {
   int map_epoch = 0;
   bool seeded = false;      ///< the pose defines the frame of a new epoch
   std::int64_t missed = 0;  ///< registrations that SP published since the last one received
+  /// Factor of the sigma beyond which a direction is unobserved: that of a LADAR whose errors are
+  /// larger than stated is what it was.
+  double observed_scale = 1.0;
 };
 
 /// Bias of the a priori map: first-order Gauss-Markov in distance, equal in all axes.

@@ -178,15 +178,15 @@ void WmNode::report_inputs(Stamp now) {
       report_.publish_end(now, *kSilent[i], "{} received again", kNames[i]);
     }
   }
-  const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
+  const bool no_input = without_input_for(now) > Duration::zero();
   if (no_input != reported_no_input_) {
     reported_no_input_ = no_input;
     if (no_input) {
       report_.publish(now, event::kWmInputNone,
-                      "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+                      "no input moves the belief: mode LOST, pose invalid after {:.2f} s",
                       seconds(config_.params.modes.input_timeout));
     } else {
-      report_.publish_end(now, event::kWmInputNone, "inputs received again");
+      report_.publish_end(now, event::kWmInputNone, "inputs move the belief again");
     }
   }
   const Duration shift = estimator_.ins_clock_shift();

@@ -118,6 +118,11 @@ void WmNode::run(const Cycle& cycle) {
   cycle.stages->mark("receive");
 
   estimator_.fuse();
+  if (const Stamp to = estimator_.started() ? estimator_.state().belief.x.stamp : Stamp::min();
+      to != moved_to_) {
+    moved_to_ = to;
+    moved_at_ = cycle.now;
+  }
   keep_local(cycle.now);
   cycle.stages->mark("fuse");
 
@@ -270,9 +275,17 @@ void WmNode::publish_innovations() {
   estimator_.clear_innovations();
 }
 
+/// Excess of the time without any input, or of that in which none has moved the belief: one kind
+/// alone without INS does not.
+Duration WmNode::without_input_for(Stamp now) const {
+  constexpr Duration kStands = from_milliseconds(500.0);
+  const Duration silent = inputs_.all_silent_for(now);
+  return moved_at_ == Stamp::min() ? silent : std::max(silent, now - moved_at_ - kStands);
+}
+
 /// Without any input the mode is LOST, whatever sources the belief rests on.
 Mode WmNode::mode(Stamp now) const {
-  return inputs_.all_silent_for(now) > Duration::zero() ? Mode::kLost : estimator_.mode();
+  return without_input_for(now) > Duration::zero() ? Mode::kLost : estimator_.mode();
 }
 
 void WmNode::publish_nav_state(Stamp now) {
@@ -287,7 +300,7 @@ void WmNode::publish_nav_state(Stamp now) {
   published_clock_steps_ = estimator_.clock_steps();
   fill_belief(s, now);
   nav_state_.mode = static_cast<std::int8_t>(mode(now));
-  nav_state_.pose_valid = inputs_.all_silent_for(now) <= config_.params.modes.input_timeout ? 1 : 0;
+  nav_state_.pose_valid = without_input_for(now) <= config_.params.modes.input_timeout ? 1 : 0;
   const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
   if (rests_on_scan && latency_trace_.wm_start_utime == 0) {
     latency_trace_.wm_start_utime = to_utime(now);
@@ -364,7 +377,7 @@ void WmNode::publish_integrity(Stamp now) {
   const FilterState& s = estimator_.state();
   const Trust& trust = estimator_.trust();
   const WmParams& params = config_.params;
-  const Integrity found = integrity(s, trust, inputs_.all_silent_for(now), params);
+  const Integrity found = integrity(s, trust, without_input_for(now), params);
   integrity_t& m = integrity_;
   const std::int64_t utime = to_utime(s.belief.x.stamp);
   const auto gps = static_cast<std::int8_t>(trust.gps(s, params.modes));

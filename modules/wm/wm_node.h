@@ -64,6 +64,7 @@ class WmNode final : public Node {
   template <class Message>
   void take_all(Inbox<Message>* inbox, Stamp now);
 
+  [[nodiscard]] Duration without_input_for(Stamp now) const;
   [[nodiscard]] Mode mode(Stamp now) const;
   void publish_innovations();
   void publish_nav_state(Stamp now);
@@ -92,6 +93,8 @@ class WmNode final : public Node {
 
   Estimator estimator_;
   InputWatch inputs_;
+  Stamp moved_to_ = Stamp::min();  // sensor time of the belief
+  Stamp moved_at_ = Stamp::min();  // node time at which it reached that
   AlignmentWatch alignment_;
   bool fixes_have_velocity_ = false;
   InsContent ins_content_;

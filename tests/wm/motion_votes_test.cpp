@@ -170,5 +170,19 @@ TEST(LadarScales, AScaleAppliesFromItsBegin) {
   EXPECT_DOUBLE_EQ(wide.information(5, 5), 0.01);
 }
 
+/// Otherwise a LADAR that is distrusted measures nothing, also if it is the only source.
+TEST(LadarScale, WhatAScanObservesIsStillObserved) {
+  const RegistrationParams params;
+  RollingMatch z;
+  z.information = 100.0 * Mat6::Identity();             // 0.1 m
+  z.information.diagonal().tail<3>().setConstant(1e4);  // 0.01 rad
+  z.information(0, 0) = 1.0;                            // 1 m: not observed
+  const RollingMatch wide = scaled(z, {10.0, 10.0});
+  EXPECT_EQ(rolling_match(NavState{}, z, params, 1.0).dof, 5);
+  const Residual<6> r = rolling_match(NavState{}, wide, params_of(wide, params), 1.0);
+  EXPECT_EQ(r.dof, 5);
+  EXPECT_GT(r.R(5, 5), 90.0 * rolling_match(NavState{}, z, params, 1.0).R(5, 5));
+}
+
 }  // namespace
 }  // namespace rcs::wm

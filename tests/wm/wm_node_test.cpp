@@ -123,6 +123,42 @@ TEST_F(WmNodeTest, WithoutInputTheModeIsLostAndThenThePoseIsInvalid) {
   EXPECT_NE(m.alerts & integrity_t::ALERT_HORIZONTAL, 0);
 }
 
+// One kind of sensor without INS does not move the belief (ADR 19): that is no input.
+TEST_F(WmNodeTest, WhatDoesNotMoveTheBeliefIsNoInput) {
+  drive();
+  const Stamp end = truth_.back().stamp;
+  std::vector<bool> lost;
+  for (int k = 1; k <= 100; ++k) {
+    const Stamp now = end + from_milliseconds(20.0 * k);
+    if (k % 5 == 0) send(&registration_out_, message(now, sensors_.scan(truth_.size() - 1)));
+    cycle(now);
+    lost.push_back(newest().mode == nav_state_t::MODE_LOST);
+  }
+  EXPECT_FALSE(lost[20]);
+  EXPECT_TRUE(lost[30]);
+  EXPECT_EQ(newest().pose_valid, 0);
+}
+
+// SP reports each scan, also one that it could not register.
+TEST_F(WmNodeTest, ScansWithoutResultAreASilenceOfTheLadar) {
+  Inbox<event_t> events(&bus_, channel::kWmEvent, 64);
+  drive();
+  const Stamp end = truth_.back().stamp;
+  for (int k = 1; k <= 10; ++k) {
+    const Stamp now = end + from_milliseconds(100.0 * k);
+    registration_t failed{};
+    failed.utime = to_utime(now);
+    failed.stop = registration_t::STOP_TOO_FEW;
+    send(&registration_out_, failed);
+    cycle(now);
+  }
+  bool reported = false;
+  for (; !events.empty(); events.pop()) {
+    reported = reported || events.front()->code == "input.ladar";
+  }
+  EXPECT_TRUE(reported);
+}
+
 // Without a known frame world there is no bound of the position.
 TEST_F(WmNodeTest, WithoutADatumNoProtectionLevelIsPublished) {
   Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);

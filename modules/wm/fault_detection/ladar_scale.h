@@ -22,7 +22,15 @@ struct LadarScale {
   Vec6 weight;
   weight << Vec3::Constant(1.0 / scale.position), Vec3::Constant(1.0 / scale.rotation);
   z.information = weight.asDiagonal() * z.information * weight.asDiagonal();
+  z.observed_scale *= std::max(scale.position, scale.rotation);
   return z;
+}
+
+/// A direction that the scan observes is still observed with larger errors, if less well.
+[[nodiscard]] inline RegistrationParams params_of(const RollingMatch& z,
+                                                  RegistrationParams params) {
+  params.observed_sigma_m *= z.observed_scale;
+  return params;
 }
 
 /// The scales by time.
