@@ -379,8 +379,8 @@ void read_fde(ParamTable table, TrustParams* p) {
       "silence_ms", &p->silence, {1000, 600000},
       "Gap without fixes after which GPS is quarantined when it returns and must be readmitted.");
   table.get("refused", &p->refused, {2, 1000},
-            "Fixes rejected in a row by the innovation gate after which GPS is excluded. Larger: "
-            "later exclusion.");
+            "Fixes rejected in a row by the innovation gate after which GPS is not fused. Larger: "
+            "later.");
   table.get("agreeing", &p->agreeing, {2, 6},
             "Number of the newest six fixes that must agree with the filter in position and "
             "velocity before GPS is readmitted.");
@@ -402,8 +402,8 @@ void read_fde(ParamTable table, TrustParams* p) {
             "Fixes in a row beyond the limit of the sub-filter test after which GPS, or the a "
             "priori map that contradicts the fixes, is excluded.");
   table.get_ms("ladar_refuted_ms", &p->ladar_refuted, {100, 60000},
-               "Time for which the test of the LADAR or of the a priori map must exceed its limit "
-               "before the source is excluded.");
+               "Time for which a test of the LADAR, the INS or the a priori map must exceed its "
+               "limit before the source is excluded.");
   table.get("matches", &p->matches, {2, 1000},
             "Number of accepted matches after which an excluded LADAR can be readmitted.");
   table.get("false_alarm", &p->false_alarm, {1e-12, 1e-3},

@@ -1,5 +1,4 @@
-// Moves the sub-filters. The decisions are in fault_detection_gps.cpp and
-// fault_detection_ladar.cpp.
+// Moves the sub-filters. The decisions about a source are in the file of its name.
 #include "modules/wm/fault_detection/fault_detection.h"
 
 #include <algorithm>

@@ -117,7 +117,7 @@ class FaultsCommand final : public Command {
         "  rcs faults --runs 60 --only ins --first-seed 501 -o out/ins\n"
         "  rcs faults --runs 200 --faults 2 -o out/two\n"
         "  rcs faults --run 137 -o out/run137               # one of the 600, with its log\n"
-        "  rcs why out/run137/f0137.log");
+        "  rcs why out/run137/f0137.log 60");
   }
 
   int run() override {
