@@ -106,7 +106,7 @@ class InsContent {
   static constexpr double kLeastUpward = 0.5;  ///< component along z over the whole
   static constexpr double kUpright = 0.8;      ///< for a second, until it is accepted again
   static constexpr double kUprightFor_s = 1.0;
-  static constexpr double kDirected_mps2 = 5.0;
+  static constexpr double kDirected_mps2 = 6.0;
   static constexpr double kMean_s = 0.1;
 
   ins_t last_{};

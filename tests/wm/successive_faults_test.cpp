@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <utility>
 
 #include "tests/wm/fault_drive.h"
@@ -105,6 +106,25 @@ TEST(SuccessiveFaults, WheelsThatWereRejectedAreNotUsedAfterAGapOfTheIns) {
     EXPECT_LT(first(seen, Finding::kOdometryReadmitted), 80.0) << bias_mps;
     EXPECT_LT(seen.worst_m, 1.5) << bias_mps;
     EXPECT_EQ(seen.beyond_protection, 0) << bias_mps;
+  }
+}
+
+// Of noisy wheels the filter accepts the samples that agree with its own error.
+TEST(SuccessiveFaults, NoisyWheelsThatAreMostlyRejectedAreExcluded) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 1.7);
+    Disturbance d;
+    d.has_fix = [](double t) { return t < 30.0; };
+    d.wheels = [&](double t, OdometrySample* wheels) {
+      if (t > 35.0 && t < 65.0) wheels->speed_mps += noise(random);
+    };
+    const Seen seen = drive(90.0, d, seed, 30.0);
+    std::printf("worst %.2f m, outside %d\n", seen.worst_m, seen.beyond_protection);
+    EXPECT_LT(first(seen, Finding::kOdometryFaulty), 45.0) << seed;
+    EXPECT_FALSE(seen.found(Finding::kLadarFaulty) || seen.found(Finding::kInsFaulty)) << seed;
+    EXPECT_LT(seen.worst_m, 2.0) << seed;
+    EXPECT_EQ(seen.beyond_protection, 0) << seed;
   }
 }
 

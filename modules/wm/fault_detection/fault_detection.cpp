@@ -374,7 +374,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
 
 std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
                                         const FilterState& belief) {
-  const bool wrong = wheels_are_stuck(m) || wheels_are_refused(belief);
+  const bool wrong = wheels_are_stuck(m) || wheels_are_refused(m, belief);
   const bool outvoted = wheels_are_outvoted(m, belief);
   if (!belief.memory.withheld.wheels && outvoted) {
     return exclude_outvoted_odometry(belief, model.params.modes);

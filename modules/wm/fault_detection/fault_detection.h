@@ -221,7 +221,7 @@ class Trust {
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
-  [[nodiscard]] bool wheels_are_refused(const FilterState& belief) const;
+  [[nodiscard]] bool wheels_are_refused(const Measurement& input, const FilterState& belief);
   bool wheels_are_outvoted(const Measurement& m, const FilterState& belief);
   FilterState exclude_outvoted_odometry(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool wheels_contradict_ins(const FilterState& others) const;
@@ -368,6 +368,10 @@ class Trust {
     Vec3 from_m = Vec3::Zero();
     int differing = 0;  ///< comparisons in a row
   } stuck_;
+  struct RefusedWheels {
+    Stamp at = Stamp::min();  ///< newest sample
+    double share = 0.0;       ///< of the samples that the filter rejects, low-passed
+  } refused_;
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
   static constexpr Duration kUntested = from_seconds(20.0);

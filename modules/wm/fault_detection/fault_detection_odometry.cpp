@@ -21,8 +21,9 @@ constexpr double kStuck_mps = 0.3;
 constexpr double kStuckShare = 0.05;
 
 // Wheels that every filter rejects although its motion is confirmed.
-constexpr Duration kRefusedFor = from_seconds(2.0);
-constexpr int kRefusedSamples = 8;
+constexpr double kRefused_s = 1.66;  // time constant of the share: 2 s if all are rejected
+constexpr double kRefusedShare = 0.7;
+constexpr Duration kGap = from_seconds(1.0);        // begins again after it
 constexpr Duration kConfirmed = from_seconds(0.5);  // age of a match or fix
 constexpr int kFollowing = 4;                       // of the constraint, accepted in a row
 
@@ -106,14 +107,20 @@ bool Trust::wheels_are_stuck(const Measurement& m) {
   return stuck_.differing >= kDiffering;
 }
 
-/// The filter has rejected the wheels for long while LADAR or GPS confirm its motion, and no other
-/// source is suspect. Otherwise it would accept them as soon as it is uncertain, after a short gap
-/// of the INS.
-bool Trust::wheels_are_refused(const FilterState& belief) const {
+/// The filter rejects the wheels while LADAR or GPS confirm its motion, and no other source is
+/// suspect. Those samples of noisy wheels that it accepts move it all the same, and it would accept
+/// all of them as soon as it is uncertain, after a short gap of the INS.
+bool Trust::wheels_are_refused(const Measurement& input, const FilterState& belief) {
+  if (!std::holds_alternative<OdometrySample>(input.value)) return false;
   const Stamp now = belief.belief.x.stamp;
   const Memory& m = belief.memory;
-  const SourceRecord& wheels = m.of(Source::kOdometry);
-  if (wheels.refused < kRefusedSamples || wheels.accepted > now - kRefusedFor) return false;
+  const Duration since = refused_.at == Stamp::min() ? Duration::max() : input.stamp - refused_.at;
+  const bool again = since < Duration::zero() || since > kGap || m.withheld.wheels;
+  const double rejected = m.of(Source::kOdometry).accepted == input.stamp ? 0.0 : 1.0;
+  const double weight = again ? 0.0 : std::min(1.0, seconds(since) / kRefused_s);
+  refused_.share = again ? 0.0 : refused_.share + weight * (rejected - refused_.share);
+  refused_.at = input.stamp;
+  if (refused_.share < kRefusedShare) return false;
   const auto confirms = [&](Source source) {
     return m.of(source).refused == 0 && m.of(source).accepted > now - kConfirmed;
   };
