@@ -354,7 +354,14 @@ Reason Fuser::fuse_place(const GpsFix& fix) {
   }
   const Reason reason =
       fuse(Source::kGpsPosition, [&](const NavState& x) { return without_height(position(x)); });
-  if (reason == Reason::kAccepted) ++s_.memory.heights_refused;
+  if (reason != Reason::kAccepted) return reason;
+  // Without the forces of the INS it is the filter's height that has drifted.
+  constexpr int kDrifted = 15;
+  int& refused = s_.memory.heights_refused;
+  if (++refused < kDrifted || uses_forces(s_)) return reason;
+  const double off_m = std::abs(position(s_.belief.x).r.z());
+  s_.belief = loosen_world(s_.belief, Vec3(0.0, 0.0, off_m), 0.0);
+  refused = 0;
   return reason;
 }
 

@@ -226,5 +226,16 @@ TEST(FaultDetection, FixesThatRiseAreExcludedAndNotReadmitted) {
   }
 }
 
+/// Without INS the height drifts; afterwards the fixes would be accepted in the plane alone.
+TEST(FaultDetection, WithoutInsTheHeightsOfTheFixesAreRightIfTheyPersist) {
+  Disturbance d;
+  d.has_ins = [](double t) { return t < 35.0; };
+  d.fix_off = [](double t) { return Vec3(0.0, 0.0, t > 40.0 ? 9.0 : 0.0); };
+  const Seen seen = drive(60.0, d, 1, 20.0);
+  EXPECT_NEAR(seen.end_up_m, 9.0, 1.0);
+  d.has_ins = [](double) { return true; };
+  EXPECT_NEAR(drive(60.0, d, 1, 20.0).end_up_m, 0.0, 1.0) << "with an INS they are wrong";
+}
+
 }  // namespace
 }  // namespace rcs::wm

@@ -67,7 +67,7 @@ class TurnedPath {
   // Of the velocities, over their variance: of fix - own = turn across own, and of
   // fix - own = drift + own acceleration * delay.
   int velocities_ = 0;
-  double speed2_ = 0.0, across_ = 0.0, off_v2_ = 0.0, allowed2_ = 0.0;
+  double speed2_ = 0.0, across_ = 0.0, off_v2_ = 0.0;
   Mat3 H_v_ = Mat3::Zero();
   Vec3 g_v_ = Vec3::Zero();
 };
