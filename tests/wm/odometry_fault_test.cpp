@@ -110,6 +110,18 @@ TEST(OdometryFault, WithoutInsWheelsThatLadarAndGpsContradictAreExcluded) {
   }
 }
 
+/// What wheels measured while the INS was used has not moved the filter: they are right again.
+TEST(OdometryFault, WheelsThatWereWrongBeforeTheInsFellSilentAreUsed) {
+  Disturbance d;
+  d.has_ins = [](double t) { return t < kFault_s; };
+  d.wheels = [](double t, OdometrySample* wheels) {
+    if (t > kFault_s - 2.0 && t < kFault_s - 0.5) wheels->speed_mps = wheels->yaw_rate_radps = 0.0;
+  };
+  const Seen seen = drive(kOver_s, d, 1, kFault_s - 3.0);
+  EXPECT_FALSE(seen.found(Finding::kOdometryFaulty));
+  EXPECT_LT(seen.worst_m, 2.0);
+}
+
 TEST(OdometryFault, WithoutInsHealthyWheelsAreUsed) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     Disturbance d;

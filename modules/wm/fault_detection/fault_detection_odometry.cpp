@@ -144,6 +144,7 @@ bool Trust::wheels_are_outvoted(const Measurement& m, const FilterState& belief)
     const bool turns = belief.memory.withheld.any_of_ins() && rotated_ > m.stamp - kFresh;
     others.add(m.stamp, *match, turns ? &rotation_ : nullptr);
   }
+  if (!without_ins) others.begin();
   return without_ins && others.contradicts();
 }
 

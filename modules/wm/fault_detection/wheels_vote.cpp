@@ -68,6 +68,11 @@ void WheelsVote::add(Stamp stamp, const RollingMatch& z, const Quat* by_ins) {
   scans_[count_++ % scans_.size()] = now;
 }
 
+void WheelsVote::begin() {
+  count_ = 0;
+  vote_ = 0.0;
+}
+
 bool WheelsVote::compare(const Scan& begin, const Scan& end) {
   const auto complete = [&](const MotionSum& sum) {
     return sum.complete_since(end.stamp) <= begin.stamp;

@@ -22,6 +22,9 @@ class WheelsVote {
   /// @param by_ins  rotation from an unknown origin, of an INS that is received; otherwise null
   void add(Stamp stamp, const RollingMatch& z, const Quat* by_ins);
 
+  /// The comparison begins here: what was before has not moved the filter.
+  void begin();
+
   /// Two others agree against the wheels.
   [[nodiscard]] bool contradicts() const;
   /// One of them is GPS.
