@@ -36,6 +36,7 @@ class Fuser {
   void constrain();
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
   void note(const Innovation& i);
+  [[nodiscard]] RegistrationParams match_params(const RollingMatch& z) const;
   bool clone(const RollingMatch& z);
   void correct_local(Source source, const NavState& before);
   [[nodiscard]] Stamp stamp() const { return s_.belief.x.stamp; }
@@ -106,12 +107,19 @@ void Fuser::correct_local(Source source, const NavState& before) {
   m.unmatched = Pose{};
 }
 
+/// With an INS the weakly observed directions of a LADAR that is distrusted are not used; without
+/// it nothing else measures them.
+RegistrationParams Fuser::match_params(const RollingMatch& z) const {
+  const RegistrationParams& params = model_.params.rolling.match;
+  return s_.belief.x.inertial ? params : params_of(z, params);
+}
+
 /// Restarts the rolling-map frame at the vehicle. False if the scan does not observe the whole
 /// pose.
 bool Fuser::clone(const RollingMatch& z) {
   int unobserved = 0;
-  const Mat6 covariance = registration_covariance(
-      s_.belief.x, z.information, params_of(z, model_.params.rolling.match), &unobserved);
+  const Mat6 covariance =
+      registration_covariance(s_.belief.x, z.information, match_params(z), &unobserved);
   if (unobserved > 0) return false;
   s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch, covariance);
   s_.memory.unmatched = Pose{};
@@ -131,7 +139,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
   constexpr double kLeastWeight = 0.02;  // at standstill
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
   const RollingParams& rolling = model_.params.rolling;
-  const RegistrationParams params = params_of(z, rolling.match);
+  const RegistrationParams params = match_params(z);
   if (z.seeded) {
     // Also without LADAR: the new map is where the vehicle is, which measures nothing.
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);

@@ -87,8 +87,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
   const Quat& q = z.T_rolling_vehicle.q;
   inertial->matches.add(
       q, log_se3(T_rolling_vehicle(s.belief.x).inverse() * z.T_rolling_vehicle),
-      registration_covariance(s.belief.x, z.information, params_of(z, model.params.rolling.match),
-                              &unobserved));
+      registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved));
   if (inertial->matches.count() < MatchMean::kMatches / 2) return std::nullopt;
   r.R = inertial->matches.covariance(q);
   r.r = inertial->matches.mean(q);
