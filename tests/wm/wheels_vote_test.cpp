@@ -18,7 +18,8 @@ struct Heard {
   bool fixes = true, velocities = true, ins = true;
 };
 
-WheelsVote drive(const Off& wheels, const Off& ladar, const Heard& heard, double length_s = 10.0) {
+WheelsVote drive(const Off& wheels, const Off& ladar, const Heard& heard, double length_s = 10.0,
+                 int every = 2) {
   constexpr double kSpeed_mps = 8.0, kTurn_radps = 0.1;
   const auto pose = [](double t, const Off& off) {
     const double radps = kTurn_radps + off.turn_radps;
@@ -43,7 +44,7 @@ WheelsVote drive(const Off& wheels, const Off& ladar, const Heard& heard, double
       if (heard.velocities) fix.v_world = truth.q * Vec3(kSpeed_mps, 0.0, 0.0);
       vote.add(stamp, fix);
     }
-    if (k % 2 != 0) continue;
+    if (k % every != 0) continue;
     RollingMatch match;
     match.T_rolling_vehicle = pose(t, ladar);
     const Quat by_ins = truth.q;
@@ -65,6 +66,14 @@ TEST(WheelsVote, TwoThatAgreeContradictWrongWheels) {
   EXPECT_FALSE(drive({0.0, -0.06}, {}, kIns).by_fixes());
   EXPECT_NEAR(drive({1.0, -0.06}, {}, kIns).apart().turn_rad, -0.12, 0.01);
   EXPECT_NEAR(drive({1.0, -0.06}, {}, kIns).apart().distance_m, 2.0, 0.1);
+}
+
+TEST(WheelsVote, ManyScansASecondCoverTheWindow) {
+  EXPECT_TRUE(drive({0.0, 0.1}, {}, kFixes, 10.0, 1).contradicts()) << "20 scans a second";
+}
+
+TEST(WheelsVote, BeforeTheFirstComparisonNothingIsKnownOfTheTurn) {
+  EXPECT_TRUE(WheelsVote().turn_alike(from_utime(1'000'000)));
 }
 
 TEST(WheelsVote, OneAgainstOneDecidesNothing) {

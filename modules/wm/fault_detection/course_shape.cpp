@@ -83,18 +83,27 @@ std::size_t CourseShape::in_window() const {
   return n;
 }
 
-double CourseShape::residual_of_turn(Stamp begin, Stamp end) const {
+template <class F>
+double CourseShape::residual_of_angle(const F& angle) const {
   const std::size_t n = in_window();
   const double origin_rad = sample(count_ - n).turned_rad;
   LeastSquares<2> across;
   LeastSquares<1> ahead;
   for (std::size_t k = count_ - n; k < count_; ++k) {
     const Sample& s = sample(k);
-    const double grown_s = std::max(0.0, seconds(std::min(s.stamp, end) - begin));
-    across.add(s.speed_mps * Vec2(1.0, grown_s), s.speed_mps * (s.turned_rad - origin_rad));
+    across.add(s.speed_mps * Vec2(1.0, angle(s.stamp)), s.speed_mps * (s.turned_rad - origin_rad));
     ahead.add(Vec<1>(1.0), s.beyond_mps);
   }
   return across.residual() + ahead.residual();
+}
+
+double CourseShape::residual_of_turn(Stamp begin, Stamp end) const {
+  return residual_of_angle(
+      [=](Stamp stamp) { return std::max(0.0, seconds(std::min(stamp, end) - begin)); });
+}
+
+double CourseShape::residual_of_turned_fixes(Stamp begin) const {
+  return residual_of_angle([=](Stamp stamp) { return stamp > begin ? 1.0 : 0.0; });
 }
 
 double CourseShape::residual_of_drift(Stamp begin) const {
@@ -110,20 +119,6 @@ double CourseShape::residual_of_drift(Stamp begin) const {
     drift.add(Vec<4>(0.0, 1.0, cosine, sine), s.beyond_mps);
   }
   return drift.residual();
-}
-
-double CourseShape::residual_of_turned_fixes(Stamp begin) const {
-  const std::size_t n = in_window();
-  const double origin_rad = sample(count_ - n).turned_rad;
-  LeastSquares<2> across;
-  LeastSquares<1> ahead;
-  for (std::size_t k = count_ - n; k < count_; ++k) {
-    const Sample& s = sample(k);
-    const double turned = s.stamp > begin ? 1.0 : 0.0;
-    across.add(s.speed_mps * Vec2(1.0, turned), s.speed_mps * (s.turned_rad - origin_rad));
-    ahead.add(Vec<1>(1.0), s.beyond_mps);
-  }
-  return across.residual() + ahead.residual();
 }
 
 std::optional<double> CourseShape::gyro_against_fixes() const {

@@ -35,7 +35,11 @@ class CourseShape {
     double beyond_mps = 0.0;  ///< speed by the fix less that of the wheels
   };
   [[nodiscard]] std::size_t in_window() const;
-  /// Sum of the squared residuals of a difference of the courses that grows from `begin` to `end`.
+  /// Sum of the squared residuals of a difference of the courses in proportion to angle(stamp),
+  /// with an unknown factor and origin.
+  template <class F>
+  [[nodiscard]] double residual_of_angle(const F& angle) const;
+  /// The same of one that grows from `begin` to `end`.
   [[nodiscard]] double residual_of_turn(Stamp begin, Stamp end) const;
   /// The same of a constant velocity error from `begin` on.
   [[nodiscard]] double residual_of_drift(Stamp begin) const;

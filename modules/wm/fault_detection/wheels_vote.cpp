@@ -7,6 +7,7 @@ namespace rcs::wm {
 namespace {
 
 constexpr Duration kLongestWindow = from_seconds(3.0);
+constexpr Duration kSpacing = from_milliseconds(90.0);  // least, of the scans that are kept
 // Of the wheels: they slip. Of a course: it is that of the antenna, which rocks.
 constexpr double kTolerance_m = 0.3;
 constexpr double kToleranceShare = 0.05;
@@ -65,7 +66,9 @@ void WheelsVote::add(Stamp stamp, const RollingMatch& z, const Quat* by_ins) {
     break;
   }
   vote_ += kShare * ((contradicts ? 1.0 : 0.0) - vote_);
-  scans_[count_++ % scans_.size()] = now;
+  // Of a LADAR with many scans a second the ring would be shorter than the window.
+  const bool kept = count_ > 0 && stamp - scans_[(count_ - 1) % scans_.size()].stamp < kSpacing;
+  if (!kept) scans_[count_++ % scans_.size()] = now;
 }
 
 void WheelsVote::begin() {
@@ -101,7 +104,8 @@ bool WheelsVote::compare(const Scan& begin, const Scan& end) {
 }
 
 bool WheelsVote::turn_alike(Stamp now) const {
-  return now - compared_ > kLongestWindow || std::abs(apart_.turn_rad) < kTurn_rad;
+  const bool known = compared_ != Stamp::min() && now - compared_ <= kLongestWindow;
+  return !known || std::abs(apart_.turn_rad) < kTurn_rad;
 }
 
 bool WheelsVote::contradicts() const { return vote_ > kMajority; }
