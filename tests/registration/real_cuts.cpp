@@ -63,7 +63,7 @@ Registrations register_whole_sweeps(const studies::KittiDrive& drive,
     const auto known = clouds.find(number);
     if (known != clouds.end()) return known->second;
     const importers::Sweep sweep = sweep_of(drive, number);
-    return clouds[number] = deskew ? studies::deskewed(sweep, to_next(number)) : sweep.points_ladar;
+    return clouds[number] = deskew ? studies::deskew(sweep, to_next(number)) : sweep.points_ladar;
   };
   registration::CloudParams params;
   params.points = 40000;  // a reference may take longer

@@ -10,9 +10,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
+#include "modules/registration/gicp.h"
 #include "tools/base/files.h"
 #include "tools/base/trajectory.h"
 
@@ -80,7 +82,7 @@ Points real_cut(const Points& sweep_ladar) {
   return out;
 }
 
-Points deskewed(const importers::Sweep& sweep, const Pose& T_sweep_next) {
+Points deskew(const importers::Sweep& sweep, const Pose& T_sweep_next) {
   const Vec6 period = log_se3(T_sweep_next);
   Points out;
   out.reserve(sweep.points_ladar.size());
@@ -158,6 +160,38 @@ Result<importers::Sweep> KittiDrive::sweep(int number) const {
   const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(path);
   if (!bytes) return bytes.error();
   return importers::parse_sweep(*bytes, path);
+}
+
+Result<std::vector<ScanPair>> KittiDrive::deskewed(std::vector<ScanPair> pairs) const {
+  std::map<int, Pose> motions;  // to the next sweep
+  for (const ScanPair& pair : pairs) {
+    if (pair.data == pair.model + 1) motions[pair.model] = pair.T_model_data;
+  }
+  std::map<int, registration::GicpCloud> clouds;
+  for (const ScanPair& pair : pairs) {
+    for (const int number : {pair.model, pair.data}) {
+      if (clouds.count(number) != 0) continue;
+      auto motion = motions.find(number);
+      if (motion == motions.end()) motion = motions.find(number - 1);
+      if (motion == motions.end()) {
+        return Error{
+            fmt::format("{}: sweep {} is in no pair of consecutive sweeps", sweeps_, number)};
+      }
+      const Result<importers::Sweep> whole = sweep(number);
+      if (!whole) return whole.error();
+      clouds.try_emplace(number, deskew(*whole, motion->second), registration::GicpParams{});
+    }
+  }
+  for (ScanPair& pair : pairs) {
+    const registration::Registration r = registration::register_gicp(
+        clouds.at(pair.model), clouds.at(pair.data), pair.T_model_data, {});
+    if (!registration::usable(r.stop)) {
+      return Error{
+          fmt::format("{}: sweeps {} and {} cannot be registered", sweeps_, pair.model, pair.data)};
+    }
+    pair.T_model_data = r.T_target_vehicle;
+  }
+  return pairs;
 }
 
 Result<ScanSet> KittiDrive::real_cuts(const std::vector<ScanPair>& pairs) const {

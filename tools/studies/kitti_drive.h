@@ -22,7 +22,7 @@ constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
 
 /// The points of the sweep, deskewed to the time of its middle.
 /// @param T_sweep_next  motion to the middle of the next sweep, assumed uniform
-[[nodiscard]] Points deskewed(const importers::Sweep& sweep, const Pose& T_sweep_next);
+[[nodiscard]] Points deskew(const importers::Sweep& sweep, const Pose& T_sweep_next);
 
 /// Rows "model,data,T00,...,T23,spread_m,spread_deg" under a header: T_model_data, and the
 /// differences between several methods.
@@ -41,6 +41,11 @@ class KittiDrive {
 
   [[nodiscard]] const std::vector<ScanPair>& references() const { return references_; }
   [[nodiscard]] Result<importers::Sweep> sweep(int number) const;
+  /// `pairs` with the motions of the whole sweeps, deskewed with the motion to the next sweep (or
+  /// from the one before, if no pair has that one), by generalized ICP: another method than the one
+  /// that is judged by them. references() assumes rigid sweeps (ADR 120).
+  /// @param pairs  the guesses; each sweep is in a pair of consecutive sweeps
+  [[nodiscard]] Result<std::vector<ScanPair>> deskewed(std::vector<ScanPair> pairs) const;
   /// Cuts of all sweeps of the pairs.
   [[nodiscard]] Result<ScanSet> real_cuts(const std::vector<ScanPair>& pairs) const;
 

@@ -44,7 +44,7 @@ TEST(RealCut, OmitsPointsOutsideTheRangeImage) {
   EXPECT_TRUE(real_cut(sweep).empty());
 }
 
-TEST(Deskewed, ASurfaceSeenWhileDrivingIsMovedToTheMiddleOfTheSweep) {
+TEST(Deskew, ASurfaceSeenWhileDrivingIsMovedToTheMiddleOfTheSweep) {
   // The vehicle moves by T from one sweep to the next; p is at rest.
   const Pose T{exp_so3(Vec3(0.0, 0.01, 0.05)), Vec3(1.0, 0.1, 0.0)};
   const Vec3 p(10.0, -4.0, 1.0);
@@ -54,7 +54,7 @@ TEST(Deskewed, ASurfaceSeenWhileDrivingIsMovedToTheMiddleOfTheSweep) {
     sweep.points_ladar.push_back((T_middle_shot.inverse() * p).cast<float>());
     sweep.phase.push_back(phase);
   }
-  const Points out = deskewed(sweep, T);
+  const Points out = deskew(sweep, T);
   for (std::size_t i = 0; i < out.size(); ++i) {
     EXPECT_LT((out[i].cast<double>() - p).norm(), 1e-5) << i;  // float at 10 m
   }
