@@ -147,11 +147,13 @@ struct Memory {
   GpsScale gps_scale;
   MapBias map_bias;  ///< modelled bias of the a priori map here, see believed_bias()
   std::array<TileTrust, 16> tiles;
-  TileTrust newest_tile;    ///< of the newest match
-  int heights_refused = 0;  ///< in a row, of fixes whose horizontal position was accepted
-  bool anchored = false;    ///< georeferenced: frame world is that of the datum
-  Pose T_path_vehicle;      ///< composition of the predicted body increments only
-  Pose T_local_vehicle;     ///< the same with LADAR corrections; steps at each of them
+  TileTrust newest_tile;        ///< of the newest match
+  int heights_refused = 0;      ///< in a row, of fixes whose horizontal position was accepted
+  bool heights_jumped = false;  ///< the first of them was farther off than a drift can be
+  Stamp height_accepted = Stamp::min();
+  bool anchored = false;  ///< georeferenced: frame world is that of the datum
+  Pose T_path_vehicle;    ///< composition of the predicted body increments only
+  Pose T_local_vehicle;   ///< the same with LADAR corrections; steps at each of them
   /// Uncorrected increment: change of the vehicle's pose in the rolling map by other sources since
   /// the last match, vehicle axes. The next match reverts it; the local pose, which never contained
   /// it, must not contain the reversal either.

@@ -355,21 +355,31 @@ void Fuser::follow_claim(const Vec3& sigma_m) {
 
 /// The height alone may be wrong (another geoid or datum): the position is then fused without it.
 Reason Fuser::fuse_place(const GpsFix& fix) {
+  Memory& m = s_.memory;
   const auto position = [&](const NavState& x) { return gps_position(x, fix, model_.params.gps); };
-  if (update(s_.belief, position(s_.belief.x), model_.gates[3]).reason != Reason::kGate) {
-    s_.memory.heights_refused = 0;
+  const Residual<3> z = position(s_.belief.x);
+  if (update(s_.belief, z, model_.gates[3]).reason != Reason::kGate) {
+    m.heights_refused = 0;
+    m.height_accepted = stamp();
     return fuse(Source::kGpsPosition, position);
   }
   const Reason reason =
       fuse(Source::kGpsPosition, [&](const NavState& x) { return without_height(position(x)); });
   if (reason != Reason::kAccepted) return reason;
-  // Without the forces of the INS it is the filter's height that has drifted.
+  // Without the forces of the INS the height of the filter may have drifted: the fixes are right
+  // then. It cannot jump from one fix to the next; that is a fault of GPS (33 m, ADR 121).
   constexpr int kDrifted = 15;
-  int& refused = s_.memory.heights_refused;
-  if (++refused < kDrifted || uses_forces(s_)) return reason;
-  const double off_m = std::abs(position(s_.belief.x).r.z());
+  constexpr double kDrift_mps = 1.0;
+  const double off_m = std::abs(z.r.z());
+  if (m.heights_refused == 0) {
+    const double variance = (z.H * s_.belief.P * z.H.transpose() + z.R)(2, 2);
+    const double since_s =
+        m.height_accepted == Stamp::min() ? kNoGate : seconds(stamp() - m.height_accepted);
+    m.heights_jumped = off_m > std::sqrt(model_.gates[3] * variance) + kDrift_mps * since_s;
+  }
+  if (++m.heights_refused < kDrifted || m.heights_jumped || uses_forces(s_)) return reason;
   s_.belief = loosen_world(s_.belief, Vec3(0.0, 0.0, off_m), 0.0);
-  refused = 0;
+  m.heights_refused = 0;
   return reason;
 }
 

@@ -226,13 +226,20 @@ TEST(FaultDetection, FixesThatRiseAreExcludedAndNotReadmitted) {
   }
 }
 
-/// Without INS the height drifts; afterwards the fixes would be accepted in the plane alone.
-TEST(FaultDetection, WithoutInsTheHeightsOfTheFixesAreRightIfTheyPersist) {
+/// Without INS the height drifts, in an outage unseen; afterwards the fixes would be accepted in
+/// the plane alone. What jumps from one fix to the next is a fault of GPS.
+TEST(FaultDetection, WithoutInsTheHeightsOfTheFixesAreRightAfterAnOutageButNotAfterAJump) {
   Disturbance d;
   d.has_ins = [](double t) { return t < 35.0; };
-  d.fix_off = [](double t) { return Vec3(0.0, 0.0, t > 40.0 ? 9.0 : 0.0); };
-  const Seen seen = drive(60.0, d, 1, 20.0);
-  EXPECT_NEAR(seen.end_up_m, 9.0, 1.0);
+  double off_m = 25.0;
+  d.fix_off = [&off_m](double t) { return Vec3(0.0, 0.0, t > 40.0 ? off_m : 0.0); };
+  const Seen jump = drive(60.0, d, 1, 20.0);
+  EXPECT_NEAR(jump.end_up_m, 0.0, 1.0);
+  EXPECT_FALSE(jump.found(Finding::kGpsFaulty)) << "the positions in the plane are right";
+  off_m = 9.0;
+  d.has_fix = [](double t) { return t < 40.0 || t > 50.0; };
+  EXPECT_NEAR(drive(70.0, d, 1, 20.0).end_up_m, 9.0, 1.0);
+  d.has_fix = [](double) { return true; };
   d.has_ins = [](double) { return true; };
   EXPECT_NEAR(drive(60.0, d, 1, 20.0).end_up_m, 0.0, 1.0) << "with an INS they are wrong";
 }

@@ -272,6 +272,8 @@ class Trust {
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
+  void compare_speeds(const Model& model, const GpsFix& z, const FilterState& others);
+  [[nodiscard]] bool speeds_side_with_fix() const;
   [[nodiscard]] bool sides_with_fix(const Model& model, const GpsFix& z,
                                     const Subfilter& motion) const;
   [[nodiscard]] bool ins_is_confirmed(const Model& model, const GpsFix& z) const;
@@ -307,6 +309,7 @@ class Trust {
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;
+  static constexpr double kObserved_m = 0.25;  // sigma ahead of a match that confirms a motion
   static constexpr int kHeldFixes = 10;  // positions and velocities that keeps_gps_ has accepted
 
   TrustParams params_;
@@ -346,13 +349,18 @@ class Trust {
   MotionVotes votes_;               ///< of GPS and of the wheels, between INS and LADAR
   /// Low-passed velocity of the fixes relative to the motions by INS and by LADAR, horizontal.
   Vec2 off_by_ins_mps_ = Vec2::Zero(), off_by_ladar_mps_ = Vec2::Zero();
-  double fix_vote_ = 0.0;           ///< of them, between INS and LADAR: 1 against the INS
-  double wheels_vote_ = 0.0;        ///< low-passed, between INS and GPS: 1 against the INS
+  double fix_vote_ = 0.0;     ///< of them, between INS and LADAR: 1 against the INS
+  double wheels_vote_ = 0.0;  ///< low-passed, between INS and GPS: 1 against the INS
+  struct Speeds {
+    double fix_mps = 0.0;                       ///< of the newest fix
+    double others_mps = 0.0, wheels_mps = 0.0;  ///< less it, low-passed
+  } speeds_;
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
   int doubted_ = 0;                       ///< fixes in a row above the limit
   Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
+  Stamp gps_climbs_ = Stamp::max();       ///< the same, in height alone
   int map_contradicted_ = 0;              ///< fixes in a row
   bool accused_ = false;                  ///< gps_accused of the filter before the newest input
   Vec6 cusum_ = Vec6::Zero();  ///< of the GPS velocity: east, west, north, south, up, down

@@ -25,6 +25,12 @@ constexpr Duration kShows = from_seconds(1.5);
 // Chi-square, 99 %, 2 dof and 1 dof: a false readmission is worse than a late one.
 constexpr double kLimit = 9.21;
 constexpr double kLimit1 = 6.63;
+// Differences of speeds, low-passed.
+constexpr double kSpeedShare = 0.2;  // of the newest
+constexpr double kUnlike_mps = 10.0;
+constexpr double kSame_mps = 0.1;
+constexpr double kSameShare = 0.02;
+constexpr double kNearerSpeed = 0.4;
 
 }  // namespace
 
@@ -46,6 +52,27 @@ void Trust::sum_velocity(const Model& model, const GpsFix& z) {
     up = std::max(0.0, up + std::min((r.r[axis] - passed) / white, kMaxExcess));
     down = std::max(0.0, down + std::min((-r.r[axis] - passed) / white, kMaxExcess));
   }
+}
+
+/// The speed of the motion without GPS, and that of the wheels, against the speed of the fixes.
+void Trust::compare_speeds(const Model& model, const GpsFix& z, const FilterState& others) {
+  if (!z.has_velocity) return;
+  const NavState& x = others.belief.x;
+  // Without the velocity of the antenna against the vehicle.
+  const double fix_mps =
+      (x.v_world + gps_velocity(x, z, model.params.gps, accel_world(others)).r).norm();
+  const bool fresh = wheels_heard_ > x.stamp - kWheelsFresh;
+  const double wheels_mps = fresh ? std::abs(wheels_mps_) - fix_mps : kUnlike_mps;
+  speeds_.others_mps += kSpeedShare * (x.v_world.norm() - fix_mps - speeds_.others_mps);
+  speeds_.wheels_mps += kSpeedShare * (wheels_mps - speeds_.wheels_mps);
+  speeds_.fix_mps = fix_mps;
+}
+
+/// Fixes and wheels have the same speed, and the motion without GPS has another one.
+bool Trust::speeds_side_with_fix() const {
+  const double apart_mps = std::abs(speeds_.others_mps);
+  return apart_mps > kSame_mps + kSameShare * speeds_.fix_mps &&
+         std::abs(speeds_.wheels_mps) < kNearerSpeed * apart_mps;
 }
 
 /// The fix against the position without GPS since the branch. The correlation of the filter with
@@ -71,6 +98,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   double deviating = n.horizontal / limit_2_;
   if (belief.memory.heights_refused == 0) deviating = std::max(deviating, n.vertical / limit_1_);
   sum_velocity(model, z);
+  compare_speeds(model, z, without_gps_.state);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
   gps_test_ratio_ = std::max(deviating, drifting);
   if (gps_test_ratio_ < kQuiet && record.accepted == now) gps_quiet_ = now;
@@ -78,14 +106,16 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool harmful = record.accepted == now;
   doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
-    gps_contradicts_ = Stamp::max();
+    gps_contradicts_ = gps_climbs_ = Stamp::max();
     keeps_gps_ = {};
     return std::nullopt;
   }
-  if (gps_contradicts_ == Stamp::max()) {
-    gps_contradicts_ = now;
-    suppose_ins_faulty(belief);
-  }
+  // The vertical velocity of the filter is that of the forces alone.
+  const bool climbs = n.horizontal <= limit_2_ && cusum_.head<4>().maxCoeff() <= params_.cusum;
+  if (gps_contradicts_ == Stamp::max() && gps_climbs_ == Stamp::max()) suppose_ins_faulty(belief);
+  if (climbs) gps_contradicts_ = Stamp::max();
+  Stamp& since = climbs ? gps_climbs_ : gps_contradicts_;
+  since = std::min(since, now);
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!uses_forces(belief)) return std::nullopt;
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
@@ -94,7 +124,8 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   constexpr Duration kShowsSurely = from_seconds(8.0);
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
   const Duration later = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShowsLater;
-  if (now - gps_contradicts_ < (others_disagree ? later : kShows)) return std::nullopt;
+  const Duration shows = climbs ? kShowsSurely : others_disagree ? later : kShows;
+  if (now - since < shows) return std::nullopt;
   return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
@@ -127,8 +158,10 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   // An INS that is readmitted during its fault contradicts the fixes within seconds.
   const bool relapse = monitors_.ins.on_probation(now);
   const bool by_turn = !ins_is_confirmed(model, z) && gps_is_right(now);
+  // A LADAR that does not observe the speed follows that of the INS.
+  const bool by_speed = speeds_side_with_fix() && votes_.sigma_ahead_m() > kObserved_m;
   if (without_ins_.alive() &&
-      (by_wheels || by_ladar || by_constraint || by_fixes || by_turn || relapse)) {
+      (by_wheels || by_ladar || by_constraint || by_fixes || by_turn || by_speed || relapse)) {
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
@@ -218,7 +251,8 @@ std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const 
   return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
-/// The courses of the fixes and of the INS, and the speed of the wheels.
+/// The courses of the fixes and of the INS, and the speed of the wheels, which with that of the
+/// fixes votes against that of the INS.
 void Trust::follow_courses(const Model& model, const Measurement& m) {
   const FilterState& s = inertial_.subfilter.state;
   const NavState& x = s.belief.x;

@@ -127,8 +127,9 @@ bool Trust::wheels_are_refused(const Measurement& input, const FilterState& beli
   const bool suspect = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > kCalm ||
                        ins_by_ladar_.ratio > kInsCalm || violates_constraint(kSuspectAcross);
   const bool follows = m.of(Source::kNonHolonomic).in_row >= kFollowing;
+  const bool observed = votes_.sigma_ahead_m() < kObserved_m && confirms(Source::kRolling);
   return uses_forces(belief) && follows && !suspect && m.odometry_heard > now - kConfirmed &&
-         (confirms(Source::kRolling) || confirms(Source::kGpsVelocity));
+         (observed || confirms(Source::kGpsVelocity));
 }
 
 /// Without INS the yaw rate and the speed of the wheels move the filter, and a filter that is wrong

@@ -55,6 +55,7 @@ constexpr double kObserved_m = 1.0;
 constexpr double kObserved_rad = 0.1;
 constexpr double kUnknown = 1e9;
 constexpr double kShare = 0.2;  // of the newest vote in the low-passed one
+constexpr double kSigmaShare = 0.1;
 
 /// The motion from one pose to another: the arc, from the chord.
 Motion motion_between(const Pose& from, const Pose& to) {
@@ -164,6 +165,7 @@ void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance
   now.variance_m2 = covariance(0, 0);
   now.variance_rad2 = covariance(5, 5);
   now.variance_across_m2 = covariance.diagonal().segment<2>(1);
+  sigma_ahead_m_ += kSigmaShare * (std::min(std::sqrt(now.variance_m2), 1.0) - sigma_ahead_m_);
   if (count_ > 0) {
     const Scan& last = scans_[(count_ - 1) % scans_.size()];
     now.across_by_ladar =

@@ -140,6 +140,9 @@ class MotionVotes {
   /// The same between INS and GPS: 1: the turns by the wheels and by the course of the fixes agree
   /// against that of the INS. For ground on which the LADAR observes no heading.
   [[nodiscard]] double course_turns() const { return course_turns_; }
+  /// Standard deviation of a registration ahead, low-passed [m], at most 1 m: one that determines
+  /// little follows its prediction, and confirms nothing.
+  [[nodiscard]] double sigma_ahead_m() const { return sigma_ahead_m_; }
   /// Of the LADAR against two other sources that agree with each other.
   [[nodiscard]] LadarScale ladar_scale() const;
 
@@ -180,6 +183,7 @@ class MotionVotes {
   Stamp distrusted_until_ = Stamp::min();  // of the LADAR, whose long turns were wrong
   bool distrusted_ = false;
   LadarErrors errors_m_, errors_rad_;
+  double sigma_ahead_m_ = 1.0;
 };
 
 }  // namespace rcs::wm

@@ -1,0 +1,91 @@
+// Single drives of `rcs faults` whose errors led to a rule of the fault detection. Numbers and
+// seeds as in docs/experiments/faults/random_faults.md; the rules are tested on their own in
+// tests/wm.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "tools/drills/drill_campaign.h"
+#include "tools/drills/fault_metrics.h"
+#include "tools/drills/random_faults.h"
+
+namespace rcs::test {
+namespace {
+
+std::string config(const std::string& path) {
+  const char* root = std::getenv("RCS_SOURCE_DIR");
+  return std::string(root == nullptr ? "." : root) + "/config/" + path;
+}
+
+/// `rcs faults --first-seed SEED --faults FAULTS --run INDEX`
+drills::FaultRun run(std::int64_t seed, int faults, int index) {
+  drills::RandomFaultPlan plan;
+  for (const char* terrain : {"drill", "steep_ridge", "tall_grass", "town", "desert"}) {
+    plan.scenarios.push_back(config(std::string("sim/") + terrain + ".toml"));
+  }
+  plan.first_seed = seed;
+  plan.faults = faults;
+  drills::RandomFault fault = drills::random_fault(plan, index);
+  fault.drill.seed = fault.seed;
+  drills::DrillCampaign campaign;
+  Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config("demo3.toml"));
+  RCS_CHECK(vehicle.ok());
+  campaign.vehicle = std::move(vehicle).value();
+  campaign.drills = {fault.drill};
+  campaign.seeds = 1;
+  campaign.keep_records = false;
+  campaign.stop = [] { return false; };
+  campaign.progress = [](double) {};
+  drills::FaultRun out;
+  campaign.look = [&](std::size_t, std::size_t, const drills::DrillRecord& record) {
+    out = drills::fault_run(fault, index, record);
+  };
+  const Result<std::vector<drills::DrillResult>> done = drills::run_campaign(campaign);
+  RCS_CHECK(done.ok() && done->front().error.empty());
+  return out;
+}
+
+bool excluded(const drills::FaultRun& run, const std::string& source) {
+  const std::vector<std::string>& all = run.wrongly_excluded;
+  return std::find(all.begin(), all.end(), source) != all.end();
+}
+
+// The accelerometer is wrong by 1.3 m/s2 in a desert without GPS: 239 m, outside of the level.
+TEST(RandomFaultDrives, ALadarThatObservesLittleDoesNotConfirmTheInsAgainstTheWheels) {
+  const drills::FaultRun r = run(126501, 1, 92);
+  EXPECT_EQ(r.description.substr(0, 26), "ins bias 0 deg/s, 1.265 m/") << "another drive";
+  EXPECT_FALSE(excluded(r, "odometry"));
+  EXPECT_LT(r.horizontal_max_m, 100.0);
+  EXPECT_GE(r.within_horizontal, 0.99);
+}
+
+// A gyro is wrong by 0.36 deg/s in high grass, which tilts the belief: 6.8 m, GPS excluded.
+TEST(RandomFaultDrives, FixesAndWheelsOfTheSameSpeedExcludeTheIns) {
+  const drills::FaultRun r = run(126501, 1, 175);
+  EXPECT_EQ(r.description.substr(0, 15), "ins bias 0.3571") << "another drive";
+  EXPECT_FALSE(excluded(r, "gps"));
+  EXPECT_LT(r.horizontal_max_m, 2.0);
+}
+
+// Noise of the INS: GPS was excluded because of its vertical velocity, 5.7 m.
+TEST(RandomFaultDrives, AContradictionInHeightAloneIsDecidedLater) {
+  const drills::FaultRun r = run(126501, 1, 51);
+  EXPECT_EQ(r.description.substr(0, 9), "ins noise") << "another drive";
+  EXPECT_FALSE(excluded(r, "gps"));
+  EXPECT_LT(r.horizontal_max_m, 2.0);
+}
+
+// Without the forces of the INS a jump of the heights by 33 m was taken over, without an alert.
+TEST(RandomFaultDrives, AJumpOfTheHeightsOfFixesIsNoDriftOfTheFilter) {
+  const drills::FaultRun r = run(126201, 2, 141);
+  EXPECT_EQ(r.description.substr(0, 9), "ins clock") << "another drive";
+  EXPECT_EQ(r.missed_alerts, 0);
+  EXPECT_LT(r.vertical_max_m, 5.0);
+}
+
+}  // namespace
+}  // namespace rcs::test
