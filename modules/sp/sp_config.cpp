@@ -68,7 +68,9 @@ void read(ParamTable table, registration::IcpParams* p) {
 void read(ParamTable table, registration::RollingMapParams* p) {
   table.get(
       "voxel_m", &p->voxel_m, {0.05, 5},
-      "Edge of the fine voxels of the rolling map; the coarse voxels are three times as large.");
+      "Largest edge of the fine voxels of the rolling map; the coarse voxels are three times as "
+      "large. Near surfaces need smaller ones: the edge is at most 0.06 of the median range of the "
+      "scan that begins the map, but at least nine times [sp.icp] map_sigma_m.");
   table.get("capacity", &p->capacity, {1000, 4e6},
             "Largest number of voxels of each size in the rolling map; when it is nearly full the "
             "farthest are removed.");
@@ -348,7 +350,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
             "Compute time by which a replay delays the output of the cycle that completes a scan.");
   sp.get("source_voxel_m", &c.source_voxel_m, {0.05, 10},
          "Edge of the voxels of which one point each is registered. Smaller: more accurate, more "
-         "compute time.");
+         "compute time. It shrinks with those of the rolling map, see [sp.map] voxel_m.");
   sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10},
          "Edge of the voxels of which one point each is inserted in the rolling map; all other "
          "samples are drawn from these points.");

@@ -254,8 +254,9 @@ void SpNode::finish_scan(const Cycle& cycle) {
                       "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
                       assembler_.scan_id(), epoch_);
     }
-    if ((epoch_ == 0 || lost) && !source_.empty()) {
-      seed(expected.at_reference.T_rolling_vehicle);
+    const bool rescaled = epoch_ != 0 && scale_.change(fitting_scale()).has_value();
+    if ((epoch_ == 0 || lost || rescaled) && !source_.empty()) {
+      seed(cycle, expected.at_reference.T_rolling_vehicle);
     } else {
       register_scan(cycle, expected);
     }

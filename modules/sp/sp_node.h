@@ -27,6 +27,7 @@
 #include "modules/sp/scan/stamp_watch.h"
 #include "modules/sp/sp_config.h"
 #include "modules/sp/start/initial_localization_node.h"
+#include "modules/sp/voxel_scale.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/report.h"
@@ -64,6 +65,9 @@ class SpNode final : public Node {
   void decide_stamp(Expectation* expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void deskew_and_sample(const MotionState& motion);
+  void sample();
+  [[nodiscard]] double fitting_scale();
+  void choose_voxels(const Cycle& cycle);
   [[nodiscard]] bool matches_less_than(double share, const registration::Registration& r) const;
   void search_wide(const Expectation& expected, registration::Registration* rolling);
   /// This scan and the last one as two clouds; compared at most once.
@@ -86,7 +90,7 @@ class SpNode final : public Node {
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
   void remember_scan(const Pose& T_rolling_vehicle);
-  void seed(const Pose& T_rolling_vehicle);
+  void seed(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void publish_points(const Pose& T_rolling_vehicle);
 
   SpConfig config_;
@@ -132,7 +136,10 @@ class SpNode final : public Node {
   registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;
 
-  std::int32_t epoch_ = 0;      // of the map; 0: none yet
+  std::int32_t epoch_ = 0;  // of the map; 0: none yet
+  VoxelScale scale_;
+  std::vector<float> distances_;
+  double range_m_ = 0.0;        ///< median of the newest scan with enough points
   double usual_overlap_ = 0.0;  ///< low-passed over the scans
   int failures_ = 0;            // in a row
   MotionGuess motion_guess_;

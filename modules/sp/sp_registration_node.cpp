@@ -137,10 +137,56 @@ void SpNode::deskew_and_sample(const MotionState& motion) {
       deskew(motion_, scan);
     }
   }
+  sample();
+}
+
+/// Not much denser than the voxels of the map: more points would only cost time.
+void SpNode::sample() {
+  constexpr double kOfVoxel = 1.0 / 3.0;
+  const double scale = scale_.now();
   const bool full = ladder_.level == Degrade::kFull;
-  const double source_voxel_m = config_.source_voxel_m * (full ? 1.0 : config_.degrade.coarser);
-  map_sampler_.sample(scan->points, config_.map_voxel_m, &dense_);
-  source_sampler_.sample(dense_, source_voxel_m, &source_);
+  const double voxel_m = scale * config_.map.voxel_m;
+  const auto scaled = [&](double configured_m, double least_m) {
+    return scale < 1.0 ? std::min(configured_m, std::max(scale * configured_m, least_m))
+                       : configured_m;
+  };
+  const double coarser = full ? 1.0 : config_.degrade.coarser;
+  map_sampler_.sample(assembler_.scan()->points, scaled(config_.map_voxel_m, kOfVoxel * voxel_m),
+                      &dense_);
+  source_sampler_.sample(dense_, coarser * scaled(config_.source_voxel_m, voxel_m), &source_);
+}
+
+/// Of the scan. Few points tell nothing of the place.
+double SpNode::fitting_scale() {
+  constexpr std::size_t kFew = 200;
+  const Points& points = assembler_.scan()->points;
+  if (points.size() < kFew) return scale_.now();
+  range_m_ = median_range_m(points, config_.ladar.T_vehicle_mount.p, &distances_);
+  return sp::fitting_scale(range_m_, config_.map.voxel_m, config_.icp.map_sigma_m);
+}
+
+/// For a new map. Allocates, if the size of what the LADAR sees has changed.
+void SpNode::choose_voxels(const Cycle& cycle) {
+  const double scale = fitting_scale();
+  const bool same = scale == scale_.now();
+  scale_.begin(scale);
+  if (same) return;
+  registration::RollingMapParams params = config_.map;
+  params.voxel_m *= scale;
+  map_ = registration::RollingMap(params);
+  map_.reserve(assembler_.scan()->points.size());
+  sample();
+  constexpr double kCoarse = 0.7;
+  const double suits_m = fitting_voxel_m(range_m_);
+  report_.publish(cycle.now, event::kSpMapReseeded,
+                  "half of the points are within {:.1f} m: voxels of {:.2f} m, [sp.map] voxel_m "
+                  "{:.2f} m; a new rolling map starts{}",
+                  range_m_, params.voxel_m, config_.map.voxel_m,
+                  suits_m < kCoarse * params.voxel_m
+                      ? fmt::format("; {:.2f} m would suit, but [sp.icp] map_sigma_m {:.3f} m does "
+                                    "not allow it: registrations may be wrong",
+                                    suits_m, config_.icp.map_sigma_m)
+                      : std::string());
 }
 
 /// Without INS a rocking vehicle is not where it is predicted: the rolling map is searched from
@@ -168,6 +214,7 @@ Pose SpNode::ladar_motion_to(const Pose& T_rolling_vehicle) const {
 /// The pose at which this scan and the last one explain each other, whatever the motion between
 /// them is.
 void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
+  constexpr double kMuchMore = 2.0;
   // The preparation and the search pass over all points about this often.
   constexpr WorkUnits kPasses = 3;
   const WorkUnits needed = kPasses * static_cast<WorkUnits>(last_seen_.size() + dense_.size());
@@ -181,9 +228,15 @@ void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
   pair->matcher.emplace(last_seen_, seen, params);
   const registration::CloudRegistration found =
       pair->matcher->conclude(pair->matcher->search(ladar_motion_to(predicted)));
-  if (!registration::usable(found.best.stop) || !registration::accepted(found.verdict, params)) {
-    return;
-  }
+  // A corridor does not determine the motion along it well; a motion that explains much more than
+  // the predicted one is the better start all the same.
+  const auto explains_more = [&] {
+    const registration::Verdict at_prediction = pair->matcher->judge(ladar_motion_to(predicted));
+    return registration::plausible(found.verdict, params) &&
+           found.verdict.plausibility.score() > kMuchMore * at_prediction.plausibility.score();
+  };
+  if (!registration::usable(found.best.stop)) return;
+  if (!registration::accepted(found.verdict, params) && !explains_more()) return;
   const auto add = [&](const Pose& T_last_scan) {
     pair->T_rolling_vehicle.push_back(T_rolling_last_ * T_vehicle_ladar * T_last_scan *
                                       T_vehicle_ladar.inverse());
@@ -256,13 +309,14 @@ void SpNode::remember_scan(const Pose& T_rolling_vehicle) {
   T_rolling_last_ = T_rolling_vehicle;
 }
 
-void SpNode::seed(const Pose& T_rolling_vehicle) {
+void SpNode::seed(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   // Distinct from the epochs of an earlier run of this process, so that WM cannot confuse them.
   const auto from_time =
       static_cast<std::int32_t>((registration_message_.utime / 1000) % 1'000'000'000);
   epoch_ = std::max(epoch_ + 1, from_time + 1);
   failures_ = 0;
   usual_overlap_ = 0.0;  // of a map of one scan less overlaps
+  choose_voxels(cycle);
   map_.clear();
   map_.insert(dense_, T_rolling_vehicle);
   motion_guess_.forget_poses();
@@ -393,7 +447,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
       report_.publish(cycle.now, event::kSpMapReseeded,
                       "{} registrations in a row failed, limit {}; a new rolling map starts",
                       failures_, limit);
-      seed(prediction.T_target_vehicle);
+      seed(cycle, prediction.T_target_vehicle);
     }
     return;
   }
