@@ -192,7 +192,12 @@ void WmNode::take(const ins_t& m, Stamp now) {
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
+  const bool repeats = !gps_content_.add(m, wheels_mps_);
   const std::optional<GeodeticFix> fix = admit(m);
+  if (fix && repeats) {
+    tell_refused(fixes_, "the same position while moving (frozen receiver)", now, &report_);
+    return;
+  }
   const Stamp stamp = from_utime(m.utime);
   const Stamp arrival = fixes_.front_arrival();
   const Reason reason = fix ? estimator_.add(stamp, *fix, arrival) : Reason::kInvalid;
@@ -213,6 +218,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
                  &report_);
     return;
   }
+  wheels_mps_ = m.speed_mps;
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
   const Stamp arrival = odometry_.front_arrival();

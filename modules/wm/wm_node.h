@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "lcmtypes/gps_content.h"
 #include "lcmtypes/ins_content.h"
 #include "lcmtypes/odometry_content.h"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
@@ -98,7 +99,9 @@ class WmNode final : public Node {
   AlignmentWatch alignment_;
   bool fixes_have_velocity_ = false;
   InsContent ins_content_;
+  GpsContent gps_content_;
   OdometryContent odometry_content_;
+  double wheels_mps_ = 0.0;  ///< newest
   TerrainDesk terrain_;
   std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;
