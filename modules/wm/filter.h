@@ -150,6 +150,10 @@ struct Memory {
   TileTrust newest_tile;        ///< of the newest match
   int heights_refused = 0;      ///< in a row, of fixes whose horizontal position was accepted
   bool heights_jumped = false;  ///< the first of them was farther off than a drift can be
+  /// The filter has been without forces since: its height may be what is wrong.
+  bool heights_undecided = false;
+  double height_off_m = 0.0;  ///< of the newest of them
+  Stamp heights_since = Stamp::min();
   Stamp height_accepted = Stamp::min();
   bool anchored = false;  ///< georeferenced: frame world is that of the datum
   Pose T_path_vehicle;    ///< composition of the predicted body increments only

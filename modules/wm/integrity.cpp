@@ -85,6 +85,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
   // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
   // from the start: the share of the minimum detectable error is capped below the alert limit.
+  constexpr int kSeveral = 3;  // fixes or matches in a row
   const double unseen_m =
       fused(gps) ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m = std::max(excluded(gps) ? trust.rival_m() : 0.0, trust.map_rival_m());
@@ -96,6 +97,13 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
                   std::max(unseen_m, rival_m) + 2.0 * sigma_h, undetected.horizontal_m});
     out.protection_vertical_m =
         std::max(std::abs(refuted_m.z()) + kVerticalQuantile * sigma_v, undetected.vertical_m);
+    // Filter or fixes: nobody knows which height is wrong.
+    const bool undecided =
+        fused(gps) && state.memory.heights_undecided && state.memory.heights_refused >= kSeveral;
+    if (undecided) {
+      out.protection_vertical_m =
+          std::max(out.protection_vertical_m, state.memory.height_off_m + 2.0 * sigma_v);
+    }
   }
 
   // Before the first datum there is no claim in frame world, and no alert about it.
@@ -107,7 +115,6 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
     out.alerts |= kAlertVertical;
   }
   if (silent_for > Duration::zero()) out.alerts |= kAlertInput;
-  constexpr int kSeveral = 3;
   const Memory& m = state.memory;
   const bool refuted = m.of(Source::kGpsPosition).refused >= kSeveral ||
                        m.heights_refused >= kSeveral || m.gps_accused ||

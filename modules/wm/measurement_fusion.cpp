@@ -360,26 +360,35 @@ Reason Fuser::fuse_place(const GpsFix& fix) {
   const Residual<3> z = position(s_.belief.x);
   if (update(s_.belief, z, model_.gates[3]).reason != Reason::kGate) {
     m.heights_refused = 0;
+    m.heights_undecided = false;
     m.height_accepted = stamp();
     return fuse(Source::kGpsPosition, position);
   }
   const Reason reason =
       fuse(Source::kGpsPosition, [&](const NavState& x) { return without_height(position(x)); });
   if (reason != Reason::kAccepted) return reason;
-  // Without the forces of the INS the height of the filter may have drifted: the fixes are right
-  // then. It cannot jump from one fix to the next; that is a fault of GPS (33 m, ADR 121).
+  // Without the forces of the INS the height of the filter may have drifted, and the fixes are
+  // right. It cannot jump from one fix to the next, which is a fault of GPS (33 m, ADR 121), or the
+  // end of one that it has followed: who was right is not known for a minute.
   constexpr int kDrifted = 15;
   constexpr double kDrift_mps = 1.0;
-  const double off_m = std::abs(z.r.z());
+  constexpr Duration kPersists = from_seconds(60.0);
+  m.height_off_m = std::abs(z.r.z());
   if (m.heights_refused == 0) {
     const double variance = (z.H * s_.belief.P * z.H.transpose() + z.R)(2, 2);
     const double since_s =
         m.height_accepted == Stamp::min() ? kNoGate : seconds(stamp() - m.height_accepted);
-    m.heights_jumped = off_m > std::sqrt(model_.gates[3] * variance) + kDrift_mps * since_s;
+    m.heights_jumped =
+        m.height_off_m > std::sqrt(model_.gates[3] * variance) + kDrift_mps * since_s;
+    m.heights_since = stamp();
+    m.heights_undecided = false;
   }
-  if (++m.heights_refused < kDrifted || m.heights_jumped || uses_forces(s_)) return reason;
-  s_.belief = loosen_world(s_.belief, Vec3(0.0, 0.0, off_m), 0.0);
+  m.heights_undecided = m.heights_undecided || !uses_forces(s_);
+  const bool persists = !m.heights_jumped || stamp() - m.heights_since > kPersists;
+  if (++m.heights_refused < kDrifted || !m.heights_undecided || !persists) return reason;
+  s_.belief = loosen_world(s_.belief, Vec3(0.0, 0.0, m.height_off_m), 0.0);
   m.heights_refused = 0;
+  m.heights_undecided = false;
   return reason;
 }
 

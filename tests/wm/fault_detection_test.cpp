@@ -226,6 +226,20 @@ TEST(FaultDetection, FixesThatRiseAreExcludedAndNotReadmitted) {
   }
 }
 
+/// Without INS a ramp of the heights is followed. When it ends, the right heights are a jump.
+TEST(FaultDetection, WithoutInsHeightsThatComeBackAreBoundedAndAcceptedAfterAMinute) {
+  Disturbance d;
+  d.has_ins = [](double t) { return t < 35.0; };
+  d.fix_off = [](double t) {
+    return Vec3(0.0, 0.0, t > 40.0 && t < 65.0 ? 0.5 * (t - 40.0) : 0.0);
+  };
+  const Seen seen = drive(160.0, d, 1, 67.0);
+  std::printf("vertical level up to %.1f m\n", seen.highest_level_up_m);
+  EXPECT_GT(seen.highest_level_up_m, 8.0) << "the ramp was followed";
+  EXPECT_EQ(seen.above_protection, 0);
+  EXPECT_NEAR(seen.end_up_m, 0.0, 1.0);
+}
+
 /// Without INS the height drifts, in an outage unseen; afterwards the fixes would be accepted in
 /// the plane alone. What jumps from one fix to the next is a fault of GPS.
 TEST(FaultDetection, WithoutInsTheHeightsOfTheFixesAreRightAfterAnOutageButNotAfterAJump) {

@@ -124,7 +124,7 @@ void Trust::drop_what_passed_a_gap(Stamp now) {
   if (untested_since_ == Stamp::max()) untested_since_ = now;
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_rival_m_ = 0.0;
   doubted_ = map_contradicted_ = 0;
-  gps_contradicts_ = gps_climbs_ = Stamp::max();
+  gps_contradicts_ = Stamp::max();
   cusum_.setZero();
   ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
@@ -432,7 +432,7 @@ void Trust::forget_silent(const FilterState& belief) {
   }
   if (!m.withheld.gps && gps_judged_ < fresh) {
     gps_test_ratio_ = 0.0;
-    gps_contradicts_ = gps_climbs_ = Stamp::max();
+    gps_contradicts_ = Stamp::max();
     doubted_ = 0;
   }
 }
@@ -513,7 +513,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   doubted_ = map_contradicted_ = 0;
-  gps_contradicts_ = gps_climbs_ = Stamp::max();
+  gps_contradicts_ = Stamp::max();
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = rival_m_ = map_rival_m_ = 0.0;
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kFilterFaulty ? Subfilter{belief, now} : Subfilter{};

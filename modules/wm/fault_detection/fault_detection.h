@@ -360,7 +360,6 @@ class Trust {
   Stamp agreeing_since_ = Stamp::min();
   int doubted_ = 0;                       ///< fixes in a row above the limit
   Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
-  Stamp gps_climbs_ = Stamp::max();       ///< the same, in height alone
   int map_contradicted_ = 0;              ///< fixes in a row
   bool accused_ = false;                  ///< gps_accused of the filter before the newest input
   Vec6 cusum_ = Vec6::Zero();  ///< of the GPS velocity: east, west, north, south, up, down

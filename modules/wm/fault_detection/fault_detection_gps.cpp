@@ -106,16 +106,14 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool harmful = record.accepted == now;
   doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
-    gps_contradicts_ = gps_climbs_ = Stamp::max();
+    gps_contradicts_ = Stamp::max();
     keeps_gps_ = {};
     return std::nullopt;
   }
-  // The vertical velocity of the filter is that of the forces alone.
-  const bool climbs = n.horizontal <= limit_2_ && cusum_.head<4>().maxCoeff() <= params_.cusum;
-  if (gps_contradicts_ == Stamp::max() && gps_climbs_ == Stamp::max()) suppose_ins_faulty(belief);
-  if (climbs) gps_contradicts_ = Stamp::max();
-  Stamp& since = climbs ? gps_climbs_ : gps_contradicts_;
-  since = std::min(since, now);
+  if (gps_contradicts_ == Stamp::max()) {
+    gps_contradicts_ = now;
+    suppose_ins_faulty(belief);
+  }
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!uses_forces(belief)) return std::nullopt;
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
@@ -124,8 +122,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   constexpr Duration kShowsSurely = from_seconds(8.0);
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
   const Duration later = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShowsLater;
-  const Duration shows = climbs ? kShowsSurely : others_disagree ? later : kShows;
-  if (now - since < shows) return std::nullopt;
+  if (now - gps_contradicts_ < (others_disagree ? later : kShows)) return std::nullopt;
   return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
@@ -251,8 +248,7 @@ std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const 
   return exclude_gps(ins_is_confirmed(model, z), belief, model.params.modes);
 }
 
-/// The courses of the fixes and of the INS, and the speed of the wheels, which with that of the
-/// fixes votes against that of the INS.
+/// The courses of the fixes and of the INS, and the speed of the wheels.
 void Trust::follow_courses(const Model& model, const Measurement& m) {
   const FilterState& s = inertial_.subfilter.state;
   const NavState& x = s.belief.x;

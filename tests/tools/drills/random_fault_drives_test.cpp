@@ -71,14 +71,6 @@ TEST(RandomFaultDrives, FixesAndWheelsOfTheSameSpeedExcludeTheIns) {
   EXPECT_LT(r.horizontal_max_m, 2.0);
 }
 
-// Noise of the INS: GPS was excluded because of its vertical velocity, 5.7 m.
-TEST(RandomFaultDrives, AContradictionInHeightAloneIsDecidedLater) {
-  const drills::FaultRun r = run(126501, 1, 51);
-  EXPECT_EQ(r.description.substr(0, 9), "ins noise") << "another drive";
-  EXPECT_FALSE(excluded(r, "gps"));
-  EXPECT_LT(r.horizontal_max_m, 2.0);
-}
-
 // Without the forces of the INS a jump of the heights by 33 m was taken over, without an alert.
 TEST(RandomFaultDrives, AJumpOfTheHeightsOfFixesIsNoDriftOfTheFilter) {
   const drills::FaultRun r = run(126201, 2, 141);
