@@ -22,8 +22,8 @@ class GpsContent {
   [[nodiscard]] bool add(const gps_fix_t& m, double wheels_mps) {
     const bool same =
         m.lat_deg == last_.lat_deg && m.lon_deg == last_.lon_deg && m.height_m == last_.height_m;
-    const double since_s =
-        std::clamp(1e-6 * static_cast<double>(m.utime - last_.utime), 0.0, kLongest_s);
+    const double since_s = std::clamp(
+        1e-6 * (static_cast<double>(m.utime) - static_cast<double>(last_.utime)), 0.0, kLongest_s);
     moved_m_ = same ? moved_m_ + speed_mps(m) * since_s : 0.0;
     rolled_m_ = same ? rolled_m_ + std::abs(wheels_mps) * since_s : 0.0;
     last_ = m;

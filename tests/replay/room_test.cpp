@@ -50,6 +50,7 @@ RayScene corridor(double width_m, std::mt19937* rng) {
 std::vector<Pose> way(double width_m) {
   std::vector<Pose> poses;
   constexpr int kScans = 60;
+  poses.reserve(kScans);
   for (int k = 0; k < kScans; ++k) {
     const double x_m = 0.04 * width_m * (k - 30);
     poses.push_back({exp_so3(Vec3(0.0, 0.0, 0.3 * std::sin(0.15 * k))),
@@ -61,6 +62,7 @@ std::vector<Pose> way(double width_m) {
 std::vector<registration_t> registered(const RayScene& scene, const std::vector<Pose>& poses,
                                        double voxel_m, std::mt19937* rng) {
   std::vector<Points> scans;
+  scans.reserve(poses.size());
   for (const Pose& pose : poses) scans.push_back(scan(scene, scan_patterns()[1], pose, rng));
   PointScans source(std::move(scans), from_milliseconds(100.0), 1);
   return registrations_of(&source, "[sp.map]\nvoxel_m = " + std::to_string(voxel_m) + "\n");
@@ -111,6 +113,7 @@ TEST(Room, AHallBehindACorridorBeginsAnotherMap) {
   }
   std::vector<Pose> poses;
   constexpr int kScans = 120;
+  poses.reserve(kScans);
   for (int k = 0; k < kScans; ++k) {
     poses.push_back({Quat::Identity(), Vec3(-8.0 + 0.2 * k, 0.0, kRoof_m)});
   }
