@@ -254,7 +254,7 @@ void SpNode::finish_scan(const Cycle& cycle) {
                       "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
                       assembler_.scan_id(), epoch_);
     }
-    const bool rescaled = epoch_ != 0 && scale_.change(fitting_scale()).has_value();
+    const bool rescaled = epoch_ != 0 && scale_.unsuitable(fitting_scale());
     if ((epoch_ == 0 || lost || rescaled) && !source_.empty()) {
       seed(cycle, expected.at_reference.T_rolling_vehicle);
     } else {

@@ -34,11 +34,10 @@ double fitting_scale(double median_range_m, double voxel_m, double noise_m) {
   return std::min(1.0, fitting_m / voxel_m);
 }
 
-std::optional<double> VoxelScale::change(double fitting) {
+bool VoxelScale::unsuitable(double fitting) {
   const bool suits = fitting < kMuch * scale_ && scale_ < kMuch * fitting;
   unfit_ = suits ? 0 : unfit_ + 1;
-  if (unfit_ < kLasting) return std::nullopt;
-  return fitting;
+  return unfit_ >= kLasting;
 }
 
 }  // namespace rcs::sp

@@ -3,7 +3,6 @@
 // furniture, and its surface is none; a registration then finds poses decimetres off, with a claim
 // of centimetres. Pure, so that a replay chooses the same.
 
-#include <optional>
 #include <vector>
 
 #include "rcs/base/points.h"
@@ -33,8 +32,8 @@ class VoxelScale {
     unfit_ = 0;
   }
   /// Call it for each scan.
-  /// @return another scale: it has suited better by a factor of two for 20 scans
-  [[nodiscard]] std::optional<double> change(double fitting);
+  /// @return the present scale has been wrong by a factor of two or more for 20 scans in a row
+  [[nodiscard]] bool unsuitable(double fitting);
 
  private:
   double scale_ = 1.0;

@@ -83,9 +83,9 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const Growth growth(state, params, fused(ladar));
   const double sigma_h = growth.sigma_m(0.0);
   const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
+  constexpr int kSeveral = 3;  // fixes or matches in a row
   // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
   // from the start: the share of the minimum detectable error is capped below the alert limit.
-  constexpr int kSeveral = 3;  // fixes or matches in a row
   const double unseen_m =
       fused(gps) ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m = std::max(excluded(gps) ? trust.rival_m() : 0.0, trust.map_rival_m());

@@ -192,7 +192,9 @@ void WmNode::take(const ins_t& m, Stamp now) {
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
-  const bool repeats = !gps_content_.add(m, wheels_mps_);
+  constexpr Duration kFresh = from_seconds(1.0);
+  const bool rolls = wheels_heard_ > fixes_.front_arrival() - kFresh;
+  const bool repeats = !gps_content_.add(m, rolls ? wheels_mps_ : 0.0);
   const std::optional<GeodeticFix> fix = admit(m);
   if (fix && repeats) {
     tell_refused(fixes_, "the same position while moving (frozen receiver)", now, &report_);
@@ -219,6 +221,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
     return;
   }
   wheels_mps_ = m.speed_mps;
+  wheels_heard_ = odometry_.front_arrival();
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
   const Stamp arrival = odometry_.front_arrival();

@@ -101,7 +101,8 @@ class WmNode final : public Node {
   InsContent ins_content_;
   GpsContent gps_content_;
   OdometryContent odometry_content_;
-  double wheels_mps_ = 0.0;  ///< newest
+  double wheels_mps_ = 0.0;  ///< newest speed, and its arrival
+  Stamp wheels_heard_ = Stamp::min();
   TerrainDesk terrain_;
   std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;

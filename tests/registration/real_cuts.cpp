@@ -53,22 +53,19 @@ Motions motions_of(const Registrations& registrations) {
 
 Registrations register_whole_sweeps(const studies::KittiDrive& drive,
                                     const std::vector<studies::ScanPair>& pairs, bool deskew) {
-  const Motions given = motions_of(pairs);
-  const auto to_next = [&given](int sweep) {
-    const auto own = given.find({sweep, sweep + 1});
-    return own != given.end() ? own->second : given.at({sweep - 1, sweep});
-  };
   std::map<int, Points> clouds;
   const auto cloud = [&](int number) -> const Points& {
     const auto known = clouds.find(number);
     if (known != clouds.end()) return known->second;
-    const importers::Sweep sweep = sweep_of(drive, number);
-    return clouds[number] = deskew ? studies::deskew(sweep, to_next(number)) : sweep.points_ladar;
+    if (!deskew) return clouds[number] = sweep_of(drive, number).points_ladar;
+    Result<Points> points = drive.deskewed(number, pairs);
+    RCS_CHECK(points.ok());
+    return clouds[number] = std::move(points).value();
   };
   registration::CloudParams params;
   params.points = 40000;  // a reference may take longer
   Registrations registrations;
-  for (const auto& [pair, guess] : given) {
+  for (const auto& [pair, guess] : motions_of(pairs)) {
     registrations[pair] =
         registration::register_clouds(cloud(pair.first), cloud(pair.second), guess, params).best;
     RCS_CHECK(registration::usable(registrations[pair].stop));

@@ -24,14 +24,14 @@ TEST(FittingScale, FallsWithTheDistanceDownToTheNoiseOfASurface) {
 TEST(VoxelScale, ChangesOnlyIfAnotherOneSuitsForLong) {
   VoxelScale scale;
   scale.begin(0.4);
-  for (int k = 0; k < 100; ++k) EXPECT_FALSE(scale.change(0.7)) << "less than a factor of two";
-  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.change(0.9));
-  EXPECT_FALSE(scale.change(0.5)) << "begins again";
-  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.change(0.9));
-  EXPECT_EQ(scale.change(0.9), 0.9);
+  for (int k = 0; k < 100; ++k) EXPECT_FALSE(scale.unsuitable(0.7)) << "less than a factor of two";
+  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.unsuitable(0.9));
+  EXPECT_FALSE(scale.unsuitable(0.5)) << "begins again";
+  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.unsuitable(0.9));
+  EXPECT_TRUE(scale.unsuitable(0.9));
   scale.begin(0.9);
-  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.change(0.4));
-  EXPECT_EQ(scale.change(0.4), 0.4);
+  for (int k = 0; k < 19; ++k) EXPECT_FALSE(scale.unsuitable(0.4));
+  EXPECT_TRUE(scale.unsuitable(0.4));
 }
 
 TEST(MedianRange, IsThatFromTheLadar) {

@@ -162,24 +162,30 @@ Result<importers::Sweep> KittiDrive::sweep(int number) const {
   return importers::parse_sweep(*bytes, path);
 }
 
-Result<std::vector<ScanPair>> KittiDrive::deskewed(std::vector<ScanPair> pairs) const {
-  std::map<int, Pose> motions;  // to the next sweep
+Result<Points> KittiDrive::deskewed(int number, const std::vector<ScanPair>& pairs) const {
+  const Pose* motion = nullptr;
   for (const ScanPair& pair : pairs) {
-    if (pair.data == pair.model + 1) motions[pair.model] = pair.T_model_data;
+    if (pair.data != pair.model + 1) continue;
+    if (pair.model == number || (pair.data == number && motion == nullptr)) {
+      motion = &pair.T_model_data;
+    }
   }
+  if (motion == nullptr) {
+    return Error{fmt::format("{}: sweep {} is in no pair of consecutive sweeps", sweeps_, number)};
+  }
+  const Result<importers::Sweep> whole = sweep(number);
+  if (!whole) return whole.error();
+  return deskew(*whole, *motion);
+}
+
+Result<std::vector<ScanPair>> KittiDrive::deskewed(std::vector<ScanPair> pairs) const {
   std::map<int, registration::GicpCloud> clouds;
   for (const ScanPair& pair : pairs) {
     for (const int number : {pair.model, pair.data}) {
       if (clouds.count(number) != 0) continue;
-      auto motion = motions.find(number);
-      if (motion == motions.end()) motion = motions.find(number - 1);
-      if (motion == motions.end()) {
-        return Error{
-            fmt::format("{}: sweep {} is in no pair of consecutive sweeps", sweeps_, number)};
-      }
-      const Result<importers::Sweep> whole = sweep(number);
-      if (!whole) return whole.error();
-      clouds.try_emplace(number, deskew(*whole, motion->second), registration::GicpParams{});
+      const Result<Points> points = deskewed(number, pairs);
+      if (!points) return points.error();
+      clouds.try_emplace(number, *points, registration::GicpParams{});
     }
   }
   for (ScanPair& pair : pairs) {

@@ -41,9 +41,12 @@ class KittiDrive {
 
   [[nodiscard]] const std::vector<ScanPair>& references() const { return references_; }
   [[nodiscard]] Result<importers::Sweep> sweep(int number) const;
-  /// `pairs` with the motions of the whole sweeps, deskewed with the motion to the next sweep (or
-  /// from the one before, if no pair has that one), by generalized ICP: another method than the one
-  /// that is judged by them. references() assumes rigid sweeps (ADR 120).
+  /// The points of a sweep, deskewed with the motion to the next sweep, or from the one before if
+  /// no pair has that one.
+  /// @param pairs  a consecutive one contains the sweep
+  [[nodiscard]] Result<Points> deskewed(int number, const std::vector<ScanPair>& pairs) const;
+  /// `pairs` with the motions of the whole sweeps, deskewed, by generalized ICP: another method
+  /// than the one that is judged by them. references() assumes rigid sweeps (ADR 120).
   /// @param pairs  the guesses; each sweep is in a pair of consecutive sweeps
   [[nodiscard]] Result<std::vector<ScanPair>> deskewed(std::vector<ScanPair> pairs) const;
   /// Cuts of all sweeps of the pairs.

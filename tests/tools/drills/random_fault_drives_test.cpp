@@ -1,6 +1,5 @@
-// Single drives of `rcs faults` whose errors led to a rule of the fault detection. Numbers and
-// seeds as in docs/experiments/faults/random_faults.md; the rules are tested on their own in
-// tests/wm.
+// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121). The
+// values with the tests are those without the rule.
 
 #include <gtest/gtest.h>
 
