@@ -215,6 +215,7 @@ class Trust {
   [[nodiscard]] bool ladar_is_poor() const;
   [[nodiscard]] bool by_one_scan() const;
   [[nodiscard]] bool gyro_is_right(Stamp now) const;
+  [[nodiscard]] bool only_ins_is_accepted(const FilterState& belief) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool is_left_by_gps(Stamp now) const;

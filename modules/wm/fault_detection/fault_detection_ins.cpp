@@ -278,7 +278,7 @@ bool Trust::by_one_scan() const {
 /// fault, and none where the LADAR is poor.
 Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
-  if (violates_constraint(kSuspectAcross)) return Faulty::kIns;
+  if (violates_constraint(kSuspectAcross) || votes_.gyro_axes_wrong()) return Faulty::kIns;
   for (const double vote : {votes_.verdict(), fixes ? fix_vote_ : 0.0}) {
     if (std::abs(vote) > kMajority) return vote > 0.0 ? Faulty::kIns : Faulty::kLadar;
   }
@@ -298,9 +298,28 @@ Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   return jump ? Faulty::kLadar : Faulty::kIns;
 }
 
+/// Wheels and LADAR, which know nothing of each other, both contradict the filter and agree with the
+/// one without INS: no third source is needed. A few samples of each are enough, because after
+/// them the registrations, which the INS predicts, follow it.
+bool Trust::only_ins_is_accepted(const FilterState& belief) const {
+  constexpr int kSamples = 10;
+  constexpr int kMatches = 5;
+  const Stamp now = belief.belief.x.stamp;
+  const Memory& without_ins = without_ins_.state.memory;
+  const auto contradicts = [&](Source source, int refused) {
+    const SourceRecord& record = without_ins.of(source);
+    return belief.memory.of(source).refused >= refused && record.refused == 0 &&
+           record.accepted > now - kFresh;
+  };
+  const bool fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
+  return !fixes && contradicts(Source::kOdometry, kSamples) &&
+         contradicts(Source::kRolling, kMatches);
+}
+
 std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return std::nullopt;
+  if (only_ins_is_accepted(belief)) return exclude_ins(belief, modes);
   if (ins_by_ladar_.lasts(now, params_.ladar_refuted)) {
     const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
@@ -332,6 +351,7 @@ bool Trust::gyro_is_right(Stamp now) const {
   };
   return inertial_.matches.count() >= MatchMean::kMatches && !contradicts(inertial_) &&
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
+         !votes_.gyro_axes_wrong() &&
          std::max({votes_.long_turns(), votes_.course_turns(), votes_.unconfirmed_turns()}) <
              kMajority;
 }

@@ -254,11 +254,11 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now, bool in_use) 
   const bool of_ladar = errors_rad_.scale(kLargestRotation) < kPoorRotation;
   const bool of_course = complete(any_course_.turn(), kTurnWindow + kCourseSettles);
   if (last != nullptr) {
-    const auto turned = [](const Pose& from, const Pose& to) {
-      return yaw_of((from.inverse() * to).q);
-    };
-    sum_.by_ins_rad += turned(last->T_world_vehicle, now.T_world_vehicle);
-    sum_.by_ladar_rad += turned(last->T_rolling_vehicle, now.T_rolling_vehicle);
+    const Quat by_ins = last->T_world_vehicle.q.conjugate() * now.T_world_vehicle.q;
+    const Quat by_ladar = last->T_rolling_vehicle.q.conjugate() * now.T_rolling_vehicle.q;
+    sum_.by_ins_rad += yaw_of(by_ins);
+    sum_.by_ladar_rad += yaw_of(by_ladar);
+    gyro_axes_.add(log_so3(by_ins), log_so3(by_ladar));
     sum_.by_wheels_rad += now.by_reference[kWheels].turn_rad - last->by_reference[kWheels].turn_rad;
     const double apart_rad = any_course_.turn().at(now.stamp) - sum_.by_wheels_rad;
     sum_.course_less_wheels_rad += std::min(seconds(now.stamp - last->stamp) / kRocking_s, 1.0) *

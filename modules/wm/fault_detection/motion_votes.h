@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 
+#include "modules/wm/fault_detection/gyro_axes.h"
 #include "modules/wm/fault_detection/ladar_scale.h"
 #include "modules/wm/measurement_models.h"
 #include "modules/wm/params.h"
@@ -132,6 +133,8 @@ class MotionVotes {
   [[nodiscard]] double long_turns() const { return long_turns_; }
   /// 1: the wheels contradict the turn by the INS, and the LADAR does not confirm it.
   [[nodiscard]] double unconfirmed_turns() const { return unconfirmed_turns_; }
+  /// Axes of the gyro are exchanged or inverted, by the rotation of the LADAR.
+  [[nodiscard]] bool gyro_axes_wrong() const { return gyro_axes_.wrong(); }
   /// Up to the newest scan.
   [[nodiscard]] const Turns& turns() const { return sum_; }
   /// The wheels contradict the turn by the INS since then, and the LADAR does not confirm it. For
@@ -184,6 +187,7 @@ class MotionVotes {
   bool distrusted_ = false;
   LadarErrors errors_m_, errors_rad_;
   double sigma_ahead_m_ = 1.0;
+  GyroAxes gyro_axes_;
 };
 
 }  // namespace rcs::wm
