@@ -234,6 +234,7 @@ std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
                   stamp,
                   {}};
   }
+  if (!params.odometry.constrained) return std::nullopt;  // its course is not its heading
   // No own measurement of the velocity: a car drives forward, up to its side slip.
   const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
   const double slip = std::hypot(kSideSlip, swing.head<2>().norm() / speed);
