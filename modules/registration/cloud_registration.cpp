@@ -80,23 +80,35 @@ bool CloudMatcher::convinces(const std::vector<Hypothesis>& ranked) {
   return clear && accepted(judge(ranked[0].T_target_vehicle), params_);
 }
 
+bool CloudMatcher::is_far(const Pose& T_model_data, const Pose& guess) const {
+  const Pose off = guess.inverse() * T_model_data;
+  return off.p.norm() > 2.0 * params_.near.radius_m ||
+         log_so3(off.q).norm() > 2.0 * params_.near.turn_rad;
+}
+
 std::vector<Hypothesis> CloudMatcher::search(const Pose& guess) {
   std::vector<Hypothesis> refined;
+  far_ = false;
   const Pose base = on_common_ground(model_, data_, guess);
   add(correlate(model_, data_, base, params_.near, params_.correlation), &refined);
+  // Where structure repeats itself, the cells of the search may prefer another period.
+  add({{guess, 0.0}}, &refined);
   if (convinces(refined)) return refined;
   add(correlate(model_, data_, base, {params_.near.radius_m, kPi}, params_.correlation), &refined);
+  far_ = !refined.empty() && is_far(refined[0].T_target_vehicle, guess);
   if (convinces(refined)) return refined;
-  // Without a common ground, or with next to no structure: the guess, and the coarse search.
+  // Without a common ground, or with next to no structure.
   const WideMap wide(*model_.map(), params_.wide_map);
   const Pose coarse = search_wide(data_points_, wide, guess, params_.wide).T_target_vehicle;
-  add({{guess, 0.0}, {coarse, 0.0}}, &refined);
+  add({{coarse, 0.0}}, &refined);
   add(correlate(model_, data_, coarse, params_.near, params_.correlation), &refined);
+  far_ = !refined.empty() && is_far(refined[0].T_target_vehicle, guess);
   return refined;
 }
 
 std::vector<Hypothesis> CloudMatcher::search_globally(const Pose& guess) {
   std::vector<Hypothesis> refined;
+  far_ = false;
   CorrelationParams correlation = params_.correlation;
   correlation.candidates = params_.global_candidates;
   add(correlate(model_, data_, on_common_ground(model_, data_, guess),
@@ -118,12 +130,13 @@ CloudRegistration CloudMatcher::conclude(std::vector<Hypothesis> ranked) {
   if (!usable(out.best.stop)) return out;
   out.verdict = judge(out.best.T_target_vehicle);
   const double score = out.verdict.plausibility.score();
+  out.max_ambiguity = std::clamp(params_.ambiguity_of_score * score, 0.0,
+                                 far_ ? params_.max_ambiguity_far : params_.max_ambiguity);
   if (out.ranked.size() > 1 && score > 0.0) {
     out.ambiguity = std::clamp(out.ranked[1].score / score, 0.0, 1.0);
   }
   out.accepted = out.best.stop == Stop::kConverged &&
-                 registration::accepted(out.verdict, params_) &&
-                 out.ambiguity < params_.max_ambiguity;
+                 registration::accepted(out.verdict, params_) && out.ambiguity < out.max_ambiguity;
   return out;
 }
 

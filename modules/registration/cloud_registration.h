@@ -38,10 +38,11 @@ struct CloudParams {
   double convincing = 0.3;
   double clearly = 0.7;  ///< largest share of the second best of a convincing one
   double min_score = 0.1;
-  double max_contradicted = 0.45;  ///< largest share of contradicted over explained test points
-  double min_least = 0.05;         ///< least Agreement::least of an accepted result
-  /// The result is ambiguous if another pose reaches this share of its score.
-  double max_ambiguity = 0.8;
+  double max_contradicted = 0.45;   ///< largest share of contradicted over explained test points
+  double min_least = 0.05;          ///< least Agreement::least of an accepted result
+  double max_ambiguity = 0.8;       ///< see CloudRegistration::max_ambiguity
+  double max_ambiguity_far = 0.5;   ///< likewise, of a result far outside of `near`
+  double ambiguity_of_score = 1.1;  ///< likewise, of the score of a result
   /// Proposed hypotheses below this share of the best one's count are not refined.
   double min_count_share = 0.7;
   int points = 2500;          ///< of each cloud in the fine stage, approximately, [100, 1000000]
@@ -61,7 +62,12 @@ struct CloudRegistration {
   Registration best;  ///< T_target_vehicle is T_model_data
   Verdict verdict;
   bool accepted = false;
-  double ambiguity = 0.0;          ///< score of the second best hypothesis over the best's, [0, 1]
+  double ambiguity = 0.0;  ///< score of the second best hypothesis over the best's, [0, 1]
+  /// From here on it is rejected as ambiguous: about its own score, at most 0.8. A result that
+  /// explains little must have no rival: where the right pose is not within the region that was
+  /// searched, the best of the wrong ones explain as little, and nearly the same. Likewise one that
+  /// contradicts the guess, as in a building that is symmetric.
+  double max_ambiguity = 0.0;
   std::vector<Hypothesis> ranked;  ///< refined with few points, the best first
 };
 
@@ -89,6 +95,7 @@ class CloudMatcher {
   void add(const std::vector<Hypothesis>& proposed, std::vector<Hypothesis>* refined);
   void keep_distinct(std::vector<Hypothesis>* refined) const;
   [[nodiscard]] bool convinces(const std::vector<Hypothesis>& ranked);
+  [[nodiscard]] bool is_far(const Pose& T_model_data, const Pose& guess) const;
 
   CloudParams params_;
   PreparedCloud model_;
@@ -96,6 +103,7 @@ class CloudMatcher {
   Points model_points_;
   Points data_points_;
   Points few_;
+  bool far_ = false;  ///< from the guess is the best hypothesis of search()
   IcpWorkspace workspace_;
 };
 

@@ -16,7 +16,11 @@ namespace {
 // cone leans towards slopes and kerbs.
 constexpr float kWideCone = 0.9F;
 constexpr std::array<float, 2> kNarrowCones = {0.97F, 0.99F};
-constexpr float kRarest = 0.1F;  // mean squared cosine of a normal to the others
+// Least |z| of the normal of the ground: the sensor is tilted by less than 40 deg. A wall is no
+// ground, however many returns it has.
+constexpr float kUpright = 0.77F;
+constexpr int kFewestOfGround = 20;  // points
+constexpr float kRarest = 0.1F;      // mean squared cosine of a normal to the others
 constexpr float kNotStructure = 0.9F;
 constexpr std::size_t kGroundPoints = 300;  // of a cloud that are kept
 constexpr double kGroundVoxel_m = 0.5;      // spread: a roof nearby has most of the returns
@@ -65,21 +69,28 @@ int follow(const std::vector<Vec3f>& normals, float least, Vec3f* up) {
   return count;
 }
 
-/// Of the frequent normals the one that is nearest to the z axis.
+/// Of the frequent normals the one that is nearest to the z axis; zero: none is upright.
 Vec3f normal_of_ground(const std::vector<Vec3f>& normals) {
   Mat3f scatter = Mat3f::Zero();
   for (const Vec3f& n : normals) scatter += n * n.transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3f> axes(scatter);
-  std::array<Vec3f, 3> modes;
-  std::array<int, 3> counts{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    modes[k] = axes.eigenvectors().col(static_cast<Eigen::Index>(k));
+  std::array<Vec3f, 4> modes;  // between as many walls as ground the axes point to neither
+  std::array<int, modes.size()> counts{};
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    modes[k] = k == 3 ? Vec3f(Vec3f::UnitZ())
+                      : Vec3f(axes.eigenvectors().col(static_cast<Eigen::Index>(k)));
     for (int pass = 0; pass < 3; ++pass) counts[k] = follow(normals, kWideCone, &modes[k]);
   }
-  const int most = *std::max_element(counts.begin(), counts.end());
+  int most = 0;
+  const auto upright = [&](std::size_t k) { return std::abs(modes[k].z()) >= kUpright; };
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    if (upright(k)) most = std::max(most, counts[k]);
+  }
+  if (most < kFewestOfGround) return Vec3f::Zero();
   Vec3f up = Vec3f::Zero();
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (2 * counts[k] >= most && std::abs(modes[k].z()) >= std::abs(up.z())) up = modes[k];
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const bool frequent = upright(k) && 2 * counts[k] >= most;
+    if (frequent && std::abs(modes[k].z()) >= std::abs(up.z())) up = modes[k];
   }
   for (const float least : kNarrowCones) follow(normals, least, &up);
   return up.z() < 0.0F ? Vec3f(-up) : up;
@@ -145,7 +156,8 @@ PreparedCloud::PreparedCloud(const PreparedCloudParams& params, const Points& us
     : map_(map_of(used, params.map)), view_(used) {
   Points examined = thinned(used, params.points);
   const std::vector<Vec3f> normals = normals_of(examined, &map_);
-  up_ = normal_of_ground(normals);
+  const Vec3f normal = normal_of_ground(normals);
+  if (!normal.isZero()) up_ = normal;
   Points ground;
   structure_.reserve(examined.size());
   for (std::size_t i = 0; i < examined.size(); ++i) {
@@ -156,6 +168,7 @@ PreparedCloud::PreparedCloud(const PreparedCloudParams& params, const Points& us
       ground.push_back(p);
     }
   }
+  if (normal.isZero()) ground.clear();
   VoxelSampler().sample(ground, kGroundVoxel_m, &ground_);
   keep_evenly(kGroundPoints, &ground_);
   if (structure_.size() < kFewest) structure_ = std::move(examined);
@@ -194,14 +207,10 @@ Plausibility plausibility(PreparedCloud* model, PreparedCloud* data, const Pose&
 
 Pose on_common_ground(const PreparedCloud& model, const PreparedCloud& data, const Pose& guess) {
   const Vec3 up_model = model.up().cast<double>();
-  Vec3 up_data = guess.q * data.up().cast<double>();
-  double ground_m = data.ground_m(Vec3f::Zero());
-  if (up_data.dot(up_model) < 0.0) {
-    up_data = -up_data;
-    ground_m = -ground_m;
-  }
+  const Vec3 up_data = guess.q * data.up().cast<double>();
+  if (!model.has_ground() || !data.has_ground()) return guess;
   const Quat q = (Quat::FromTwoVectors(up_data, up_model) * guess.q).normalized();
-  if (!model.has_ground() || !data.has_ground()) return {q, guess.p};
+  const double ground_m = data.ground_m(Vec3f::Zero());
   const double height_m = double{model.ground_m(guess.p.cast<float>())} - ground_m;
   return {q, guess.p + (height_m - up_model.dot(guess.p)) * up_model};
 }

@@ -23,8 +23,8 @@ struct PreparedCloudParams {
 /// Most surfaces of an outdoor scan belong to the ground, which determines height, roll and pitch
 /// and looks the same everywhere. What is not ground (walls, poles, vehicles, trees) determines the
 /// other directions: the structure. The ground is found as the surfaces with the most frequent
-/// normal; of several the one nearest to the z axis. In a scan of one large wall it is the wall,
-/// with the same consequences.
+/// normal within 40 deg of the z axis; of several the one nearest to it. A scan of walls alone has
+/// none.
 class PreparedCloud {
  public:
   /// @param points  [m], finite, at least one; from one position, which is the origin
@@ -32,7 +32,7 @@ class PreparedCloud {
 
   /// Surfaces; non-const because they are fitted at their first use.
   [[nodiscard]] RollingMap* map() { return &map_; }
-  /// Unit vector: normal of the ground, with z >= 0.
+  /// Unit vector: normal of the ground, with z >= 0.77; without ground the z axis.
   [[nodiscard]] const Vec3f& up() const { return up_; }
   [[nodiscard]] bool has_ground() const { return !ground_.empty(); }
   /// up' p of the ground that is nearest to the line along up() through `p` [m].
@@ -61,14 +61,14 @@ class PreparedCloud {
 /// little overlap the right pose explains little, but it contradicts next to nothing.
 struct Plausibility {
   double explained = 0.0;  ///< share of the test points on a surface of the other cloud, both ways
-  double contradicted = 0.0;  ///< share of them where the other scan saw through
+  double contradicted = 0.0;  ///< share of them in free space of the other scan
   [[nodiscard]] double score() const { return explained - contradicted; }  ///< [-1, 1]
 };
 [[nodiscard]] Plausibility plausibility(PreparedCloud* model, PreparedCloud* data,
                                         const Pose& T_model_data, double tolerance_m);
 
-/// The guess, turned so that the normals of the grounds coincide, and lifted so that the data's
-/// sensor is as high above the model's ground as above its own.
+/// The guess, if both have a ground turned so that the normals of the grounds coincide, and lifted
+/// so that the data's sensor is as high above the model's ground as above its own.
 [[nodiscard]] Pose on_common_ground(const PreparedCloud& model, const PreparedCloud& data,
                                     const Pose& guess);
 
