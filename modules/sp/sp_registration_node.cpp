@@ -429,7 +429,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     if (pair.contradiction) {
       report_.publish(cycle.now, event::kSpRegistrationFailed,
                       "scan {} not used: it contradicts the last scan: {:.0f} % of what is not "
-                      "ground lies on surfaces of it, {:.0f} % where it saw through",
+                      "ground lies on surfaces of it, {:.0f} % in its free space",
                       assembler_.scan_id(), 100.0 * pair.contradiction->explained,
                       100.0 * pair.contradiction->contradicted);
     } else {

@@ -212,7 +212,7 @@ class Register final : public Command {
         "initial errors below about 2 m and 10 deg, and its information assumes independent\n"
         "errors, which overestimates the information of real scans.\n"
         "The result of every method is checked: what is not ground in one cloud must lie on\n"
-        "surfaces of the other, and not where the other scan saw through. The pose is ambiguous "
+        "surfaces of the other, and not in free space of the other scan. The pose is ambiguous "
         "if\n"
         "another one explains the clouds nearly as well; along a tunnel and on a plain the\n"
         "translation is undetermined.\n"
@@ -309,7 +309,7 @@ class Register final : public Command {
       const registration::CloudParams limits;
       return fmt::format(
           "rejected: at the result {:.0f} % of what is not ground lies on surfaces of the other "
-          "cloud (explained), {:.0f} % where the other scan saw through (contradicted), and {:.0f} "
+          "cloud (explained), {:.0f} % in free space of the other scan (contradicted), and {:.0f} "
           "% of the surfaces agree in the direction of least agreement; required: explained at "
           "least {:.0f} % above contradicted, contradicted at most {:.2f} of explained, agreement "
           "at least {:.0f} %. The clouds do not overlap, or the error of the guess is too large",
@@ -324,7 +324,7 @@ class Register final : public Command {
     }
     return fmt::format(
         "rejected: ambiguous: another pose explains the clouds {:.2f} times as well (limit {:.2f})",
-        answer.searched->ambiguity, registration::CloudParams{}.max_ambiguity);
+        answer.searched->ambiguity, answer.searched->max_ambiguity);
   }
 
   [[nodiscard]] registration::CloudParams search_params() const {
@@ -425,7 +425,7 @@ class Register final : public Command {
       const registration::Plausibility& found = a.verdict->plausibility;
       fmt::print(
           "check: {:.0f} % of what is not ground lies on surfaces of the other cloud, {:.0f} % "
-          "where it saw through\n",
+          "in its free space\n",
           100.0 * found.explained, 100.0 * found.contradicted);
     }
     if (a.searched && a.searched->ambiguity > 0.0) {
