@@ -112,7 +112,8 @@ struct Info {
     "the history of the filter) or repeated, or it belongs to another map epoch. Of the INS also: "\
     "eight equal increments in a row (frozen sensor), no specific force, a specific force that "   \
     "does not point upward (exchanged or inverted axes), or six equal values of one axis in a "    \
-    "row (beyond its range). Of the wheels also: eight equal samples in a row while moving.",      \
+    "row (beyond its range). Of the wheels also: eight equal samples in a row while moving. Of "   \
+    "GPS also: the same position to the last bit while the vehicle moves (a frozen receiver).",    \
     "Invalid, frozen or not upward: correct the driver. Saturated: choose a larger range of the "  \
     "sensor. Late: check the clock of the sensor, the latency of its driver and [wm.history]. At " \
     "the start of a run the event is normal.")                                                     \
@@ -191,7 +192,8 @@ struct Info {
     "Synchronize the sensors before the drive.")                                                   \
   X(kWmFde, "wm", "fde", kWarning, kTen,                                                           \
     "Fault detection excluded or (severity info) readmitted a source. The text has the source, "   \
-    "the reason, the test ratio (statistic over its limit) and the step of the belief.",           \
+    "the reason, the largest ratio of all tests (statistic over its limit) and the step of the "   \
+    "belief.",                                                                                     \
     "Exclusion: the source contradicts the filter that does not use it: GPS multipath, spoofing "  \
     "or a wrong datum; an INS with a bias, a wrong scale or exchanged axes; a LADAR that is "      \
     "obstructed or moved; wheels that slip or a wrong scale; a survey that is wrong here.",        \
