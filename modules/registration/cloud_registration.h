@@ -64,7 +64,7 @@ struct CloudRegistration {
   bool accepted = false;
   double ambiguity = 0.0;  ///< score of the second best hypothesis over the best's, [0, 1]
   /// From here on it is rejected as ambiguous: about its own score, at most 0.8. A result that
-  /// explains little must have no rival: where the right pose is not within the region that was
+  /// explains little must be unambiguous: where the right pose is not within the region that was
   /// searched, the best of the wrong ones explain as little, and nearly the same. Likewise one that
   /// contradicts the guess, as in a building that is symmetric.
   double max_ambiguity = 0.0;

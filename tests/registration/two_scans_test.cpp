@@ -59,7 +59,7 @@ TEST(TwoScans, AnyHeadingIsFoundFromTheIdentity) {
       const bool is_right = off.p.norm() < 0.1 && log_so3(off.q).norm() < radians(0.5);
       EXPECT_TRUE(is_right || !r.accepted) << pattern.name << ", " << turn_deg << " deg";
       // 16 rings that are 2 deg apart, and half of a view of 80 deg, have little structure in
-      // common after a large turn: what they explain is not enough with a rival.
+      // common after a large turn: what they explain is not enough with a competing hypothesis.
       if (pattern.rows > 16 && all_around) {
         EXPECT_TRUE(r.accepted) << pattern.name << ", " << turn_deg << " deg, score "
                                 << r.verdict.plausibility.score() << ", ambiguity " << r.ambiguity;

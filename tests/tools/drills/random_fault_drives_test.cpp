@@ -1,5 +1,5 @@
-// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121). The
-// values with the tests are those without the rule.
+// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121 and
+// 123). The values with the tests are those without the rule.
 
 #include <gtest/gtest.h>
 
@@ -20,9 +20,11 @@ std::string config(const std::string& path) {
   return std::string(root == nullptr ? "." : root) + "/config/" + path;
 }
 
-/// `rcs faults --first-seed SEED --faults FAULTS --run INDEX`
-drills::FaultRun run(std::int64_t seed, int faults, int index) {
+/// `rcs faults --first-seed SEED --faults FAULTS --run INDEX --only ONLY`
+drills::FaultRun run(std::int64_t seed, int faults, int index,
+                     const std::vector<std::string>& only = {}) {
   drills::RandomFaultPlan plan;
+  plan.only = only;
   for (const char* terrain : {"drill", "steep_ridge", "tall_grass", "town", "desert"}) {
     plan.scenarios.push_back(config(std::string("sim/") + terrain + ".toml"));
   }
@@ -76,6 +78,23 @@ TEST(RandomFaultDrives, AJumpOfTheHeightsOfFixesIsNoDriftOfTheFilter) {
   EXPECT_EQ(r.description.substr(0, 9), "ins clock") << "another drive";
   EXPECT_EQ(r.missed_alerts, 0);
   EXPECT_LT(r.vertical_max_m, 5.0);
+}
+
+// Exchanged x and y axes of the INS in high grass: only its forces were excluded, its rotation
+// tilted the filter, and the height was 78 m off.
+TEST(RandomFaultDrives, ExchangedAxesExcludeTheGyroToo) {
+  const drills::FaultRun r = run(140951, 1, 20, {"ins axes"});
+  EXPECT_LT(r.horizontal_max_m, 6.0);
+  EXPECT_LT(r.vertical_max_m, 30.0);
+}
+
+// Axes are exchanged just after GPS was excluded for its noise: the registrations followed the
+// wrong INS, 40 m.
+TEST(RandomFaultDrives, AnInsThatWheelsAndLadarContradictIsExcluded) {
+  const drills::FaultRun r = run(140981, 2, 3, {"ins axes", "gps noise"});
+  EXPECT_EQ(r.description.substr(0, 9), "gps noise") << "another drive";
+  EXPECT_LT(r.horizontal_max_m, 5.0);
+  EXPECT_GE(r.within_horizontal, 0.99);
 }
 
 }  // namespace
