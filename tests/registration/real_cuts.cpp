@@ -110,6 +110,7 @@ Metrics metrics_of(const std::vector<TrialRun>& runs, const Motions& truth) {
 }
 
 std::string cpu_text(const std::vector<TrialRun>& runs) {
+  if (runs.empty()) return "no trial";
   const auto median_ms = [&runs](const auto& ms_of) {
     std::vector<double> values(runs.size());
     std::transform(runs.begin(), runs.end(), values.begin(), ms_of);

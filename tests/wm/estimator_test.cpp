@@ -188,6 +188,38 @@ TEST(MovingStart, LadarAndPositions) {
   expect_aligned(e, 3.0);
 }
 
+// Its course is not its heading: only turns and changes of the speed show it.
+TEST(MovingStart, AVehicleThatMovesObliquelyFindsItsHeadingByItsTurns) {
+  constexpr double kOblique_rad = 1.0;
+  Experiment e = moving(5.0, 0.05);
+  e.params.odometry.constrained = false;
+  Rig rig(e);
+  auto& [truth, sensors, estimator] = rig;
+  const Quat q_path_vehicle(Eigen::AngleAxisd(kOblique_rad, Vec3::UnitZ()));
+  double error_rad = 0.0;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    ImuSample imu = sensors.imu(i);
+    imu.delta_angle = q_path_vehicle.conjugate() * imu.delta_angle;
+    imu.delta_v = q_path_vehicle.conjugate() * imu.delta_v;
+    estimator.add(imu);
+    if (i % 20 == 0) {
+      GeodeticFix fix = sensors.gps(i);
+      fix.fix.has_velocity = true;
+      fix.fix.v_world = truth[i].v_world;
+      fix.fix.sigma_v_mps = Vec3::Constant(0.05);
+      estimator.add(truth[i].stamp, fix);
+    }
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (!estimator.started() || !estimator.state().memory.anchored) continue;
+    const Quat q = truth[i].T_world_vehicle.q * q_path_vehicle;
+    const double yaw_rad = yaw_of(estimator.state().belief.x.T_world_vehicle.q);
+    error_rad = std::max(error_rad, std::abs(wrap_angle(yaw_rad - yaw_of(q))));
+  }
+  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_LT(error_rad, radians(10.0));
+}
+
 // A velocity of zero has no direction: of a vehicle that stands while GPS reports a velocity, or
 // whose wheels are stuck.
 TEST(MovingStart, ACourseIsNoHeadingOfAVehicleThatDoesNotMove) {

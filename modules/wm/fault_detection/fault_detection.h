@@ -300,7 +300,7 @@ class Trust {
       from_seconds(1.0);  // age before which a sub-filter is not tested
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
-  static constexpr double kSuspectAcross = 0.2;  // 2.2 standard deviations: another source decides
+  static constexpr double kSuspectAcross = 0.2;  // 2.3 standard deviations: another source decides
   static constexpr double kFollowsConstraint = 0.1;       // 1.5 of them: the INS is not suspect
   static constexpr double kQuiet = 0.15;                  // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later

@@ -24,6 +24,7 @@ class GyroAxes {
   [[nodiscard]] bool wrong() const {
     if (count_ < kScans) return false;
     for (int axis = 0; axis < 3; ++axis) {
+      if (ladar_[axis] < kScans * kLeast_rad * kLeast_rad) continue;
       const double limit = kMuchBetter * std::min(ladar_[axis], unexplained(axis, axis, 1.0));
       for (int other = 0; other < 3; ++other) {
         if (unexplained(axis, other, -1.0) < limit) return true;
@@ -36,6 +37,7 @@ class GyroAxes {
  private:
   static constexpr int kScans = 20;  // time constant
   static constexpr double kMuchBetter = 0.3;
+  static constexpr double kLeast_rad = 5e-4;  // from scan to scan; less is rounding, not motion
 
   /// Of the rotation by the LADAR about one axis, by one axis of the gyro: sum of squares [rad^2].
   [[nodiscard]] double unexplained(int ladar_axis, int gyro_axis, double sign) const {
