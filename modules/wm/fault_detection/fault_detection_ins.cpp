@@ -298,7 +298,7 @@ Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   return jump ? Faulty::kLadar : Faulty::kIns;
 }
 
-/// Wheels and LADAR, which know nothing of each other, both contradict the filter and agree with
+/// Wheels and LADAR, which are independent of each other, both contradict the filter and agree with
 /// the one without INS: no third source is needed. A few samples of each are enough, because after
 /// them the registrations, which the INS predicts, follow it.
 bool Trust::only_ins_is_accepted(const FilterState& belief) const {
