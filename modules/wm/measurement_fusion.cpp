@@ -402,8 +402,11 @@ void Fuser::operator()(const OdometrySample& z) {
   }
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
+  constexpr double kUnknown_rad = 0.03;
+  const double tilt_rad = std::sqrt(s_.belief.P.diagonal().segment<2>(kAttitude).maxCoeff());
+  const double unknown_rad = tilt_rad > kUnknown_rad ? tilt_rad : 0.0;
   fuse(Source::kOdometry,
-       [&](const NavState& x) { return wheel_speed(x, z, model_.params.odometry); });
+       [&](const NavState& x) { return wheel_speed(x, z, model_.params.odometry, unknown_rad); });
   constrain();
 }
 

@@ -197,7 +197,8 @@ Vec3 displacement(const NavState& x, const RollingMatch& z, const RegistrationPa
   return x.T_world_vehicle.q * Vec3(kLarge_m2 * sum.llt().solve(apart_m));
 }
 
-Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params) {
+Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params,
+                        double unknown_tilt_rad) {
   const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
   const Vec3 v_vehicle = R_vehicle_world * x.v_world;
   const double climb = R_vehicle_world(0, 2);
@@ -208,13 +209,19 @@ Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const Odomet
   out.r[0] = z.speed_mps - ratio * v_vehicle.x();
   out.H.block<1, 3>(0, kVelocity) = ratio * R_vehicle_world.row(0);
   const Vec3 climb_by_attitude = hat(R_vehicle_world.col(2)).row(0);
-  out.H.block<1, 3>(0, kAttitude) =
-      ratio * hat(v_vehicle).row(0) +
-      x.slip_per_climb * v_vehicle.x() * climb_by_attitude.transpose();
+  out.H.block<1, 3>(0, kAttitude) = ratio * hat(v_vehicle).row(0);
   out.H(0, kWheelScale) = v_vehicle.x();
   out.H(0, kSlip) = params.slip * v_vehicle.x();
-  out.H(0, kClimbSlip) = climb * v_vehicle.x();
   out.R(0, 0) = sigma * sigma;
+  if (unknown_tilt_rad > 0.0) {
+    const double climb_slip = std::hypot(x.slip_per_climb, params.climb_slip);
+    const double slip_mps = climb_slip * unknown_tilt_rad * v_vehicle.x();
+    out.R(0, 0) += slip_mps * slip_mps;
+  } else {
+    out.H.block<1, 3>(0, kAttitude) +=
+        x.slip_per_climb * v_vehicle.x() * climb_by_attitude.transpose();
+    out.H(0, kClimbSlip) = climb * v_vehicle.x();
+  }
   if (!x.inertial && std::isfinite(z.yaw_rate_radps)) {
     out.dof = 2;
     out.r[1] = z.yaw_rate_radps - x.rate_vehicle.z();

@@ -112,8 +112,11 @@ struct OdometrySample {
                                 const RegistrationParams& params);
 
 /// Speed along vehicle x from the wheels, and the yaw rate if no INS is received.
+/// @param unknown_tilt_rad  sigma of a tilt that is hardly known: the slip on a climb is then
+/// noise,
+///   because the product of an unknown slip and an unknown climb determines neither. 0: it is known
 [[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
-                                      const OdometryParams& params);
+                                      const OdometryParams& params, double unknown_tilt_rad = 0.0);
 
 /// Non-holonomic constraint: the velocity along vehicle y and z is near 0.
 /// @param shaking_mps2  standard deviation of the specific force, for the sway of the body on rough
