@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 
 #include "lcmtypes/rcs/ins_t.hpp"
@@ -26,7 +27,7 @@ enum class InsFault { kNone, kFrozen, kNoForce, kNotUpward, kSaturated };
 class InsContent {
  public:
   /// @param m  in the order of reception
-  /// @return other than kNone: the sample is not a measurement
+  /// @return other than kNone: the sample is not a measurement, nor are those since wrong_since()
   [[nodiscard]] InsFault add(const ins_t& m) {
     bool same = m.utime != last_.utime;
     bool zero = true;
@@ -36,6 +37,7 @@ class InsContent {
       zero = zero && m.delta_v_mps[i] == 0.0;
     }
     repeated_ = same ? repeated_ + 1 : 0;
+    if (repeated_ <= 1) repeated_since_ = m.utime;
     if (!same) varied_ = std::min(varied_ + 1, kVaried);
     if (same && varied_ < kVaried) varied_ = 0;
     const bool stuck = repeated_ >= kStuck && varied_ >= kVaried;
@@ -53,6 +55,10 @@ class InsContent {
       mean_mps2 = std::hypot(mean_mps2, mean);
     }
     weightless_ = force_mps2 < kLeastForce_mps2 ? weightless_ + 1 : 0;
+    if (weightless_ <= 1) weightless_since_ = m.utime;
+    if (m.delta_v_mps[2] / interval_s >= kLeastUpward * force_mps2) {
+      last_upward_ = m.utime;
+    }
     if (mean_mps2 > kDirected_mps2) {
       const double upward = mean_force_mps2_[2] / mean_mps2;
       if (upward < kLeastUpward) upright_s_ = 0.0;
@@ -68,11 +74,25 @@ class InsContent {
       saturated = saturated || (!same && (rate || force));
     }
     last_ = m;
-    if (stuck) return InsFault::kFrozen;
-    if (zero || weightless_ >= kWeightless) return InsFault::kNoForce;
-    if (upright_s_ < kUprightFor_s) return InsFault::kNotUpward;
+    wrong_since_ = m.utime;
+    if (stuck) {
+      wrong_since_ = repeated_since_;
+      return InsFault::kFrozen;
+    }
+    if (zero || weightless_ >= kWeightless) {
+      wrong_since_ = weightless_since_;
+      return InsFault::kNoForce;
+    }
+    if (upright_s_ < kUprightFor_s) {
+      wrong_since_ = std::max(last_upward_ + 1, m.utime - kLongestDoubt_us);
+      return InsFault::kNotUpward;
+    }
     return saturated ? InsFault::kSaturated : InsFault::kNone;
   }
+
+  /// Of the newest sample if it is no measurement [us]: the fault began then, before it was
+  /// certain.
+  [[nodiscard]] std::int64_t wrong_since() const { return wrong_since_; }
 
  private:
   /// An axis repeats a large value exactly: its noise is cut off at the end of its range.
@@ -108,11 +128,16 @@ class InsContent {
   static constexpr double kUprightFor_s = 1.0;
   static constexpr double kDirected_mps2 = 6.0;
   static constexpr double kMean_s = 0.1;
+  static constexpr std::int64_t kLongestDoubt_us = 300'000;
 
   ins_t last_{};
   int varied_ = 0;      ///< samples in a row that differed from the one before, until kVaried
   int repeated_ = 0;    ///< in a row
   int weightless_ = 0;  ///< in a row
+  std::int64_t repeated_since_ = 0;
+  std::int64_t weightless_since_ = 0;
+  std::int64_t last_upward_ = 0;  ///< newest sample whose own force was directed upwards
+  std::int64_t wrong_since_ = 0;
   double upright_s_ = kUprightFor_s;
   std::array<Axis, 3> gyro_{}, accel_{};
   std::array<double, 3> mean_force_mps2_{};  ///< low-passed specific force, vehicle axes

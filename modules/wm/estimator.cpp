@@ -110,6 +110,10 @@ Reason Estimator::add_inertial(ImuSample imu, Stamp arrival) {
   return Reason::kAccepted;
 }
 
+void Estimator::discard_ins(Stamp since) {
+  if (started_) history_.discard_ins(since + clocks_.ins_shift());
+}
+
 /// @return why the newest sample that was not accepted was rejected
 Reason Estimator::add_held() {
   Reason refused = Reason::kAccepted;

@@ -46,6 +46,23 @@ Reason History::insert(const Measurement& m) {
   return Reason::kAccepted;
 }
 
+void History::discard_ins(Stamp since) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Measurement& m = entry(i).measurement;
+    if (m.imu() != nullptr && m.stamp >= since) {
+      // As in insert(): this sample reached the measurements before it.
+      std::size_t place = kept;
+      while (place > 0 && entry(place - 1).measurement.imu() == nullptr) --place;
+      fused_ = std::min(fused_, place);
+      continue;
+    }
+    if (kept != i) entry(kept) = entry(i);
+    ++kept;
+  }
+  count_ = kept;
+}
+
 const ImuSample* History::next_imu(std::size_t i) const {
   for (; i < count_; ++i) {
     if (const ImuSample* imu = entry(i).measurement.imu()) return imu;

@@ -81,6 +81,20 @@ TEST(Motion, BackwardSamplesAreRejectedAndTheOldestRemoved) {
   EXPECT_EQ(buffer[0].stamp, Stamp() + 3 * kStep);
 }
 
+TEST(Motion, DiscardedSamplesAreTheNewest) {
+  InertialBuffer buffer(4);
+  for (int i = 1; i <= 6; ++i) {
+    EXPECT_TRUE(buffer.add({Stamp() + i * kStep, kStep, Vec3::Zero(), Vec3::Zero()}));
+  }
+  buffer.discard(Stamp() + 5 * kStep);
+  ASSERT_EQ(buffer.size(), 2U);
+  EXPECT_EQ(buffer[1].stamp, Stamp() + 4 * kStep);
+  EXPECT_TRUE(buffer.add({Stamp() + 7 * kStep, kStep, Vec3::Zero(), Vec3::Zero()}));
+  EXPECT_EQ(buffer[2].stamp, Stamp() + 7 * kStep);
+  buffer.discard(Stamp());
+  EXPECT_EQ(buffer.size(), 0U);
+}
+
 TEST(Motion, OneSampleFromTheFutureDoesNotBlockLaterSamples) {
   InertialBuffer buffer(100);
   EXPECT_TRUE(buffer.add({Stamp() + from_seconds(1e6), kStep, Vec3::Zero(), Vec3::Zero()}));

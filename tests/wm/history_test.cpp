@@ -88,6 +88,32 @@ TEST_F(HistoryTest, OrderOfArrivalDoesNotMatter) {
   }
 }
 
+TEST_F(HistoryTest, DiscardedSamplesOfTheInsLeaveNoTrace) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  const Stamp since = truth_[kFirst + 120].stamp;
+  const Stamp until = truth_[kFirst + 150].stamp;
+  History never = make();
+  for (const Measurement& m : inputs_) {
+    if (m.imu() != nullptr && m.stamp >= since) continue;
+    ASSERT_EQ(never.insert(m), Reason::kAccepted);
+  }
+  never.fuse(&records);
+  History h = make();
+  for (Measurement m : inputs_) {
+    if (m.imu() != nullptr && m.stamp >= until) continue;  // rejected when they are received
+    if (m.imu() != nullptr && m.stamp >= since) std::get<ImuSample>(m.value).delta_angle *= -1.0;
+    ASSERT_EQ(h.insert(m), Reason::kAccepted);
+    if (m.stamp < until) h.fuse(&records);
+  }
+  h.discard_ins(since);
+  h.fuse(&records);
+  EXPECT_EQ(h.head().belief.P, never.head().belief.P);
+  EXPECT_EQ(h.head().belief.x.stamp, never.head().belief.x.stamp);
+  EXPECT_EQ(h.head().belief.x.T_world_vehicle.p, never.head().belief.x.T_world_vehicle.p);
+  EXPECT_GT(never.head().belief.x.stamp, until);
+}
+
 TEST_F(HistoryTest, EachMeasurementIsReportedOnce) {
   std::vector<Innovation> records;
   records.reserve(10000);

@@ -43,6 +43,7 @@ TEST(InsContent, AStuckSensorIsRejectedAndReturns) {
     accepted += fault == InsFault::kNone ? 1 : 0;
     if (fault != InsFault::kNone) {
       EXPECT_EQ(fault, InsFault::kFrozen);
+      EXPECT_EQ(content.wrong_since(), std::int64_t{10'000} * 202) << "the first repetition";
     }
   }
   EXPECT_LE(accepted, 8);
@@ -104,6 +105,9 @@ TEST(InsContent, AForceThatDoesNotPointUpwardsIsNoMeasurement) {
       accepted += fault == InsFault::kNone ? 1 : 0;
       if (fault != InsFault::kNone) {
         EXPECT_EQ(fault, InsFault::kNotUpward);
+      }
+      if (fault != InsFault::kNone && k < 120) {
+        EXPECT_EQ(content.wrong_since(), std::int64_t{10'000} * 99 + 1) << "after the last right";
       }
     }
     EXPECT_LE(accepted, 17);

@@ -41,6 +41,10 @@ class InertialBuffer {
   /// @return false for a sample that is not later than the newest
   bool add(const InertialSample& sample);
   void clear() { count_ = 0; }
+  /// Removes the samples from `since` on.
+  void discard(Stamp since) {
+    while (count_ > 0 && (*this)[count_ - 1].stamp >= since) --count_;
+  }
 
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] const InertialSample& operator[](std::size_t i) const {  ///< 0: oldest
