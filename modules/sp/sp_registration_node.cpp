@@ -398,14 +398,17 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   if (expected.by_scans && matches_less_than(kDoubtful, rolling)) {
     register_by_last_scan(0.0, &pair, &prediction, &rolling);
   }
-  // A belief of WM is wrong if nothing has matched it for several scans; other views are not.
-  // After several failures, what matches hardly anything matches by chance.
-  const bool failing = failures_ >= kLostAfter;
-  const bool lost = expected.by_belief ? failing && matches_less_than(kHardly, rolling)
-                                       : matches_less_than(kDoubtful, rolling);
-  if (!expected.ins_lost && !expected.by_scans && lost) {
-    recover(cycle, expected, &pair, &prediction, &rolling);
-    if (failing && matches_less_than(kHardly, rolling)) {
+  if (!expected.ins_lost && !expected.by_scans) {
+    // A belief of WM is wrong if nothing has matched it for several scans; other views are not.
+    const bool failing = failures_ >= kLostAfter;
+    const bool lost = expected.by_belief ? failing && matches_less_than(kHardly, rolling)
+                                         : matches_less_than(kDoubtful, rolling);
+    if (lost) recover(cycle, expected, &pair, &prediction, &rolling);
+    // What matches hardly anything matches by chance. A search that converges may have found a new
+    // view; one that does not has found nothing, as in scans that a wrong gyro has distorted.
+    const bool unsettled = expected.by_belief && rolling.stop != registration::Stop::kConverged;
+    const bool by_chance = matches_less_than(kHardly, rolling) && (failing || unsettled);
+    if (registration::usable(rolling.stop) && by_chance) {
       rolling.stop = registration::Stop::kDiverged;
     }
   }

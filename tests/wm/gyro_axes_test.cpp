@@ -99,5 +99,37 @@ TEST(GyroAxes, AtRestNothingIsWrong) {
   }
 }
 
+/// @return share of the scans after which the gyro is unconfirmed
+double share_unconfirmed(const Mat3& axes, double of_ladar, double noise_rad) {
+  int count = 0;
+  int unconfirmed = 0;
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    Ride ride(seed);
+    GyroAxes fit;
+    for (int scan = 0; scan < 120; ++scan) {
+      const Vec3 turn = ride.turn();
+      fit.add(axes * turn, of_ladar * turn + ride.noise(noise_rad));
+      if (scan < 20) continue;
+      ++count;
+      unconfirmed += fit.unconfirmed() ? 1 : 0;
+    }
+  }
+  return static_cast<double>(unconfirmed) / count;
+}
+
+TEST(GyroAxes, ALadarThatMeasuresConfirmsARightGyro) {
+  EXPECT_EQ(share_unconfirmed(Mat3::Identity(), 1.0, 0.001), 0.0);
+  EXPECT_LT(share_unconfirmed(Mat3::Identity(), 1.0, 0.005), 0.01) << "half of the rotation";
+}
+
+TEST(GyroAxes, NoiseConfirmsNoGyro) {
+  EXPECT_GT(share_unconfirmed(Mat3::Identity(), 0.0, 0.03), 0.8);
+  EXPECT_GT(share_unconfirmed(Vec3(-1.0, 1.0, 1.0).asDiagonal(), 1.0, 0.03), 0.8);
+}
+
+TEST(GyroAxes, AGyroThatHardlyTurnsNeedsNoConfirmation) {
+  EXPECT_EQ(share_unconfirmed(0.1 * Mat3::Identity(), 0.1, 0.03), 0.0);
+}
+
 }  // namespace
 }  // namespace rcs::wm

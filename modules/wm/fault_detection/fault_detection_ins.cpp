@@ -351,7 +351,7 @@ bool Trust::gyro_is_right(Stamp now) const {
   };
   return inertial_.matches.count() >= MatchMean::kMatches && !contradicts(inertial_) &&
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
-         !votes_.gyro_axes_wrong() &&
+         !votes_.gyro_axes_wrong() && !votes_.gyro_unconfirmed() &&
          std::max({votes_.long_turns(), votes_.course_turns(), votes_.unconfirmed_turns()}) <
              kMajority;
 }

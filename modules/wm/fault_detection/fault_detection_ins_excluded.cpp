@@ -91,10 +91,10 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
     monitors_.ins.exclude(now);
   }
   // The rotation is wrong, too.
-  const bool contradicted = belief.memory.withheld.force && without_ins_.alive() &&
-                            now - without_ins_.branch >= kYoung &&
-                            (belief.memory.of(Source::kRolling).refused >= kGyroRefused ||
-                             votes_.gyro_axes_wrong() || votes_.unconfirmed_turns() > kMajority);
+  const bool contradicted =
+      belief.memory.withheld.force && without_ins_.alive() && now - without_ins_.branch >= kYoung &&
+      (belief.memory.of(Source::kRolling).refused >= kGyroRefused || votes_.gyro_axes_wrong() ||
+       votes_.gyro_unconfirmed() || votes_.unconfirmed_turns() > kMajority);
   if (contradicted) {
     FilterState next = without_ins_.state;
     next.memory.withheld = belief.memory.withheld;
@@ -126,6 +126,7 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
   // A false readmission is worse than a late one.
   if (difference(belief, ins_right_.state, params_.floor_m) > kSame2 ||
       heading_difference(belief, ins_right_.state) > kSame1 ||
+      height_difference(belief, ins_right_.state, params_.floor_m) > kSame1 ||
       votes_.contradict_ins_since(turns_of_ins_right_) || votes_.gyro_axes_wrong() || !confirmed) {
     ins_right_ = {};
     return std::nullopt;

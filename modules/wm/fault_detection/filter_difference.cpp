@@ -27,6 +27,13 @@ double heading_difference(const FilterState& less, const FilterState& more) {
   return d * d / (std::max(known, 0.0) + kFloor * kFloor);
 }
 
+double height_difference(const FilterState& a, const FilterState& b, double floor_m) {
+  constexpr int kHeight = kPosition + 2;
+  const double d = a.belief.x.T_world_vehicle.p.z() - b.belief.x.T_world_vehicle.p.z();
+  const double variance = a.belief.P(kHeight, kHeight) + b.belief.P(kHeight, kHeight);
+  return d * d / (variance + floor_m * floor_m);
+}
+
 double tilt_difference(const FilterState& less, const FilterState& more) {
   constexpr double kFloor = 3e-3;  // [rad], for errors that are not modelled
   const Vec3 turned =

@@ -25,6 +25,10 @@ inline Mat<2, 2> horizontal(const FilterState& s) {
 /// The same of roll and pitch.
 [[nodiscard]] double tilt_difference(const FilterState& less, const FilterState& more);
 
+/// The difference of two heights, squared, over a bound of its variance that holds for filters with
+/// different process models: the sum of the two and of a floor.
+[[nodiscard]] double height_difference(const FilterState& a, const FilterState& b, double floor_m);
+
 /// Normalized innovations squared of a fix.
 struct Nis {
   double horizontal = 0.0;  ///< 2 dof

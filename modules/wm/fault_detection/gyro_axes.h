@@ -2,6 +2,7 @@
 // Exchanged or inverted axes of the gyro, by the rotation that the LADAR measures.
 
 #include <algorithm>
+#include <cmath>
 
 #include "rcs/base/linear.h"
 
@@ -14,18 +15,17 @@ namespace rcs::wm {
 class GyroAxes {
  public:
   void add(const Vec3& by_gyro, const Vec3& by_ladar) {
-    constexpr double kKept = 1.0 - 1.0 / kScans;
-    product_ = kKept * product_ + by_ladar * by_gyro.transpose();
-    gyro_ = kKept * gyro_ + by_gyro.cwiseAbs2();
-    ladar_ = kKept * ladar_ + by_ladar.cwiseAbs2();
+    long_.add(by_gyro, by_ladar, kScans);
+    recent_.add(by_gyro, by_ladar, kRecentScans);
     if (count_ < kScans) ++count_;
   }
 
   [[nodiscard]] bool wrong() const {
     if (count_ < kScans) return false;
     for (int axis = 0; axis < 3; ++axis) {
-      if (ladar_[axis] < kScans * kLeast_rad * kLeast_rad) continue;
-      const double limit = kMuchBetter * std::min(ladar_[axis], unexplained(axis, axis, 1.0));
+      const double ladar = long_.ladar[axis];
+      if (ladar < kScans * kLeast_rad * kLeast_rad) continue;
+      const double limit = kMuchBetter * std::min(ladar, unexplained(axis, axis, 1.0));
       for (int other = 0; other < 3; ++other) {
         if (unexplained(axis, other, -1.0) < limit) return true;
         if (other != axis && unexplained(axis, other, 1.0) < limit) return true;
@@ -34,19 +34,49 @@ class GyroAxes {
     return false;
   }
 
+  /// Whether the gyro rolls or pitches much and the LADAR does not with it. A wrong gyro also
+  /// spoils the scans that it straightens, so that the LADAR measures noise: not enough to exclude
+  /// a gyro, but nothing that confirms it.
+  [[nodiscard]] bool unconfirmed() const {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double gyro = recent_.gyro[axis];
+      if (gyro < kRecentScans * kMotion_rad * kMotion_rad) continue;
+      const double both = std::sqrt(gyro * recent_.ladar[axis]);
+      if (recent_.product(axis, axis) < kCorrelated * both) return true;
+    }
+    return false;
+  }
+
  private:
-  static constexpr int kScans = 20;  // time constant
+  static constexpr int kScans = 20;  // time constants
+  static constexpr int kRecentScans = 8;
   static constexpr double kMuchBetter = 0.3;
   static constexpr double kLeast_rad = 5e-4;  // from scan to scan; less is rounding, not motion
+  static constexpr double kMotion_rad = 5e-3;
+  static constexpr double kCorrelated = 0.3;
+
+  /// Sums of squares and products with decreasing weights [rad^2].
+  struct Sums {
+    Mat3 product = Mat3::Zero();  // rows: LADAR, columns: gyro
+    Vec3 gyro = Vec3::Zero();
+    Vec3 ladar = Vec3::Zero();
+
+    void add(const Vec3& by_gyro, const Vec3& by_ladar, int scans) {
+      const double keep = 1.0 - 1.0 / scans;
+      product = keep * product + by_ladar * by_gyro.transpose();
+      gyro = keep * gyro + by_gyro.cwiseAbs2();
+      ladar = keep * ladar + by_ladar.cwiseAbs2();
+    }
+  };
 
   /// Of the rotation by the LADAR about one axis, by one axis of the gyro: sum of squares [rad^2].
   [[nodiscard]] double unexplained(int ladar_axis, int gyro_axis, double sign) const {
-    return ladar_[ladar_axis] + gyro_[gyro_axis] - 2.0 * sign * product_(ladar_axis, gyro_axis);
+    return long_.ladar[ladar_axis] + long_.gyro[gyro_axis] -
+           2.0 * sign * long_.product(ladar_axis, gyro_axis);
   }
 
-  Mat3 product_ = Mat3::Zero();  // rows: LADAR, columns: gyro; decreasing weights, as the next two
-  Vec3 gyro_ = Vec3::Zero();
-  Vec3 ladar_ = Vec3::Zero();
+  Sums long_;
+  Sums recent_;
   int count_ = 0;
 };
 

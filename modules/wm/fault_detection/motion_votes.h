@@ -135,6 +135,8 @@ class MotionVotes {
   [[nodiscard]] double unconfirmed_turns() const { return unconfirmed_turns_; }
   /// Axes of the gyro are exchanged or inverted, by the rotation of the LADAR.
   [[nodiscard]] bool gyro_axes_wrong() const { return gyro_axes_.wrong(); }
+  /// The gyro rolls or pitches much, and the LADAR not with it.
+  [[nodiscard]] bool gyro_unconfirmed() const { return gyro_axes_.unconfirmed(); }
   /// Up to the newest scan.
   [[nodiscard]] const Turns& turns() const { return sum_; }
   /// The wheels contradict the turn by the INS since then, and the LADAR does not confirm it. For

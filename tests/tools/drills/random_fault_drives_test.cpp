@@ -1,5 +1,5 @@
-// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121 and
-// 123). The values with the tests are those without the rule.
+// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121,
+// 123 and 125 to 127). The values with the tests are those without the rule.
 
 #include <gtest/gtest.h>
 
@@ -95,6 +95,42 @@ TEST(RandomFaultDrives, AnInsThatWheelsAndLadarContradictIsExcluded) {
   EXPECT_EQ(r.description.substr(0, 9), "gps noise") << "another drive";
   EXPECT_LT(r.horizontal_max_m, 5.0);
   EXPECT_GE(r.within_horizontal, 0.99);
+}
+
+// All sensors are silent for 4.4 s in a curve in the desert. From the first samples of the wheels
+// the filter estimated a slip on a climb of 10 deg, both wrong, and rejected wheels and GPS: 25 m.
+TEST(RandomFaultDrives, AnUnknownSlipOnAnUnknownClimbIsNoMeasurementOfEither) {
+  const drills::FaultRun r = run(129601, 1, 41);
+  EXPECT_EQ(r.description, "all dropout") << "another drive";
+  EXPECT_LT(r.horizontal_max_m, 2.0);
+  EXPECT_GE(r.within_horizontal, 0.99);
+}
+
+// The z axis of the INS is inverted in a curve. Until its force was seen to point downwards, 0.15 s
+// of its rotation turned the heading by 7 deg: 13 m, within the level for 62 %.
+TEST(RandomFaultDrives, WhatAWrongInsMeasuredBeforeItWasCertainIsNotUsed) {
+  const drills::FaultRun r = run(143001, 1, 182);
+  EXPECT_EQ(r.description, "ins axes") << "another drive";
+  EXPECT_LT(r.horizontal_max_m, 2.0);
+  EXPECT_GE(r.within_horizontal, 0.99);
+}
+
+// Exchanged axes in high grass distort the scans. Registrations with an overlap of 5 % tilted the
+// map: 27 m of height.
+TEST(RandomFaultDrives, ScansThatHardlyMatchDoNotTiltTheMap) {
+  const drills::FaultRun r = run(143001, 1, 225);
+  EXPECT_EQ(r.description, "ins axes") << "another drive";
+  EXPECT_LT(r.vertical_max_m, 10.0);
+  EXPECT_GE(r.within_vertical, 0.99);
+}
+
+// The specific force is too large by 38 %: readmitted 28 m too high, because fixes count as
+// accepted without their heights.
+TEST(RandomFaultDrives, AnInsIsNotReadmittedAtAnotherHeight) {
+  const drills::FaultRun r = run(143001, 1, 222);
+  EXPECT_EQ(r.description.substr(0, 9), "ins scale") << "another drive";
+  EXPECT_LT(r.vertical_max_m, 10.0);
+  EXPECT_FALSE(excluded(r, "gps"));
 }
 
 }  // namespace
