@@ -27,7 +27,8 @@ enum class InsFault { kNone, kFrozen, kNoForce, kNotUpward, kSaturated };
 class InsContent {
  public:
   /// @param m  in the order of reception
-  /// @return other than kNone: the sample is not a measurement, nor are those since wrong_since()
+  /// @return other than kNone: the sample is not a measurement, nor are those before it with stamps
+  ///   from wrong_since() on
   [[nodiscard]] InsFault add(const ins_t& m) {
     bool same = m.utime != last_.utime;
     bool zero = true;
@@ -36,11 +37,10 @@ class InsContent {
              m.delta_v_mps[i] == last_.delta_v_mps[i];
       zero = zero && m.delta_v_mps[i] == 0.0;
     }
-    repeated_ = same ? repeated_ + 1 : 0;
-    if (repeated_ <= 1) repeated_since_ = m.utime;
+    repeated_.add(same, m.utime);
     if (!same) varied_ = std::min(varied_ + 1, kVaried);
     if (same && varied_ < kVaried) varied_ = 0;
-    const bool stuck = repeated_ >= kStuck && varied_ >= kVaried;
+    const bool stuck = repeated_.count >= kStuck && varied_ >= kVaried;
 
     // What is not finite is rejected by plausible().
     const double interval_s = 1e-6 * std::max(m.interval_us, 1);
@@ -54,11 +54,8 @@ class InsContent {
       force_mps2 = std::hypot(force_mps2, of_axis_mps2);
       mean_mps2 = std::hypot(mean_mps2, mean);
     }
-    weightless_ = force_mps2 < kLeastForce_mps2 ? weightless_ + 1 : 0;
-    if (weightless_ <= 1) weightless_since_ = m.utime;
-    if (m.delta_v_mps[2] / interval_s >= kLeastUpward * force_mps2) {
-      last_upward_ = m.utime;
-    }
+    weightless_.add(force_mps2 < kLeastForce_mps2, m.utime);
+    tilted_.add(m.delta_v_mps[2] / interval_s < kLeastUpward * force_mps2, m.utime);
     if (mean_mps2 > kDirected_mps2) {
       const double upward = mean_force_mps2_[2] / mean_mps2;
       if (upward < kLeastUpward) upright_s_ = 0.0;
@@ -76,25 +73,40 @@ class InsContent {
     last_ = m;
     wrong_since_ = m.utime;
     if (stuck) {
-      wrong_since_ = repeated_since_;
+      wrong_since_ = repeated_.since;
       return InsFault::kFrozen;
     }
-    if (zero || weightless_ >= kWeightless) {
-      wrong_since_ = weightless_since_;
+    if (zero || weightless_.count >= kWeightless) {
+      wrong_since_ = weightless_.since;
       return InsFault::kNoForce;
     }
     if (upright_s_ < kUprightFor_s) {
-      wrong_since_ = std::max(last_upward_ + 1, m.utime - kLongestDoubt_us);
+      wrong_since_ = tilted_.since;
       return InsFault::kNotUpward;
     }
     return saturated ? InsFault::kSaturated : InsFault::kNone;
   }
 
-  /// Of the newest sample if it is no measurement [us]: the fault began then, before it was
-  /// certain.
-  [[nodiscard]] std::int64_t wrong_since() const { return wrong_since_; }
+  /// Of the newest sample, if it is plausible and no measurement [us]: the fault began then, before
+  /// it was certain. At most 0.3 s before its stamp: a wrong stamp must not discard more.
+  [[nodiscard]] std::int64_t wrong_since() const {
+    constexpr std::int64_t kLongest_us = 300'000;
+    return last_.utime < kLongest_us ? last_.utime
+                                     : std::max(wrong_since_, last_.utime - kLongest_us);
+  }
 
  private:
+  /// Samples in a row of which something holds, and the stamp of the first one.
+  struct Run {
+    int count = 0;
+    std::int64_t since = 0;
+
+    void add(bool holds, std::int64_t utime) {
+      count = holds ? count + 1 : 0;
+      if (count <= 1) since = utime;
+    }
+  };
+
   /// An axis repeats a large value exactly: its noise is cut off at the end of its range.
   struct Axis {
     int varied = 0;    ///< values in a row that differed from the one before, until kVaried
@@ -128,15 +140,12 @@ class InsContent {
   static constexpr double kUprightFor_s = 1.0;
   static constexpr double kDirected_mps2 = 6.0;
   static constexpr double kMean_s = 0.1;
-  static constexpr std::int64_t kLongestDoubt_us = 300'000;
 
   ins_t last_{};
-  int varied_ = 0;      ///< samples in a row that differed from the one before, until kVaried
-  int repeated_ = 0;    ///< in a row
-  int weightless_ = 0;  ///< in a row
-  std::int64_t repeated_since_ = 0;
-  std::int64_t weightless_since_ = 0;
-  std::int64_t last_upward_ = 0;  ///< newest sample whose own force was directed upwards
+  int varied_ = 0;  ///< samples in a row that differed from the one before, until kVaried
+  Run repeated_;
+  Run weightless_;
+  Run tilted_;  ///< a force that does not point upwards
   std::int64_t wrong_since_ = 0;
   double upright_s_ = kUprightFor_s;
   std::array<Axis, 3> gyro_{}, accel_{};

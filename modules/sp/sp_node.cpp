@@ -107,11 +107,13 @@ void SpNode::run(const Cycle& cycle) {
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
     // WM reports a rejected sample, as it does repeated and late ones.
-    if (ins_content_.add(*m) != InsFault::kNone) {
-      inertial_.discard(from_utime(ins_content_.wrong_since()) + ins_shift_);
+    const InsFault fault = ins_content_.add(*m);
+    if (!plausible(*m)) continue;
+    if (fault != InsFault::kNone) {
+      inertial_.discard(from_utime(ins_content_.wrong_since()) + ins_shift_,
+                        from_utime(m->utime) + ins_shift_);
       continue;
     }
-    if (!plausible(*m)) continue;
     if (ins_excluded_) continue;
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),

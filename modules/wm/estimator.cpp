@@ -110,8 +110,9 @@ Reason Estimator::add_inertial(ImuSample imu, Stamp arrival) {
   return Reason::kAccepted;
 }
 
-void Estimator::discard_ins(Stamp since) {
-  if (started_) history_.discard_ins(since + clocks_.ins_shift());
+void Estimator::discard_ins(Stamp since, Stamp until) {
+  const Duration shift = clocks_.ins_shift();
+  if (started_) history_.discard_ins(since + shift, until + shift);
 }
 
 /// @return why the newest sample that was not accepted was rejected

@@ -46,9 +46,9 @@ class Estimator {
   Reason add(Stamp stamp, const PriorMatch& match, Stamp arrival = Stamp::min());
   Reason add(Stamp stamp, const OdometrySample& odometry, Stamp arrival = Stamp::min());
 
-  /// The samples of the INS from `since` on were wrong: as if they had not been received.
-  /// @param since  as stamped by the INS
-  void discard_ins(Stamp since);
+  /// The samples of the INS in [since, until) were wrong: as if they had not been received.
+  /// @param since, until  as stamped by the INS
+  void discard_ins(Stamp since, Stamp until);
 
   /// Of the newest state; valid when started().
   [[nodiscard]] Continuation continuation() const;

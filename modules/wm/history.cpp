@@ -46,11 +46,11 @@ Reason History::insert(const Measurement& m) {
   return Reason::kAccepted;
 }
 
-void History::discard_ins(Stamp since) {
+void History::discard_ins(Stamp since, Stamp until) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const Measurement& m = entry(i).measurement;
-    if (m.imu() != nullptr && m.stamp >= since) {
+    if (m.imu() != nullptr && m.stamp >= since && m.stamp < until) {
       // As in insert(): this sample reached the measurements before it.
       std::size_t place = kept;
       while (place > 0 && entry(place - 1).measurement.imu() == nullptr) --place;

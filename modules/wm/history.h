@@ -21,8 +21,9 @@ class History {
   ///   this kind exists for this stamp. kInvalid: so far ahead that its clock is suspect.
   Reason insert(const Measurement& measurement);
 
-  /// Removes the samples of the INS from `since` on; fuse() repeats the later inputs without them.
-  void discard_ins(Stamp since);
+  /// Removes the samples of the INS in [since, until); fuse() repeats the later inputs without
+  /// them.
+  void discard_ins(Stamp since, Stamp until);
 
   /// Updates the belief. A measurement ahead of the INS waits until the INS reaches its stamp, or
   /// until the stamps of two other sources show that the INS is silent.

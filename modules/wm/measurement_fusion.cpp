@@ -402,7 +402,7 @@ void Fuser::operator()(const OdometrySample& z) {
   }
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
-  constexpr double kUnknown_rad = 0.03;
+  constexpr double kUnknown_rad = 0.03;  // as after a silence; on the road 0.001 to 0.005
   const double tilt_rad = std::sqrt(s_.belief.P.diagonal().segment<2>(kAttitude).maxCoeff());
   const double unknown_rad = tilt_rad > kUnknown_rad ? tilt_rad : 0.0;
   fuse(Source::kOdometry,

@@ -112,9 +112,9 @@ struct OdometrySample {
                                 const RegistrationParams& params);
 
 /// Speed along vehicle x from the wheels, and the yaw rate if no INS is received.
-/// @param unknown_tilt_rad  sigma of a tilt that is hardly known: the slip on a climb is then
+/// @param unknown_tilt_rad  0: the tilt is known. Otherwise its sigma: the slip on a climb is
 /// noise,
-///   because the product of an unknown slip and an unknown climb determines neither. 0: it is known
+///   because the product of an unknown slip and an unknown climb determines neither
 [[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
                                       const OdometryParams& params, double unknown_tilt_rad = 0.0);
 

@@ -180,10 +180,9 @@ bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == R
 
 void WmNode::take(const ins_t& m, Stamp now) {
   const InsFault fault = ins_content_.add(m);
-  if (fault != InsFault::kNone && ins_fault_ == InsFault::kNone) {
-    estimator_.discard_ins(from_utime(ins_content_.wrong_since()));
+  if (fault != InsFault::kNone && plausible(m)) {
+    estimator_.discard_ins(from_utime(ins_content_.wrong_since()), from_utime(m.utime));
   }
-  ins_fault_ = fault;
   const std::optional<ImuSample> sample = fault == InsFault::kNone ? admit(m) : std::nullopt;
   const Stamp arrival = ins_.front_arrival();
   const Reason reason = sample ? estimator_.add(*sample, arrival) : Reason::kInvalid;

@@ -99,7 +99,6 @@ class WmNode final : public Node {
   AlignmentWatch alignment_;
   bool fixes_have_velocity_ = false;
   InsContent ins_content_;
-  InsFault ins_fault_ = InsFault::kNone;  // of the newest sample
   GpsContent gps_content_;
   OdometryContent odometry_content_;
   double wheels_mps_ = 0.0;  ///< newest speed, and its arrival

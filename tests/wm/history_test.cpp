@@ -106,7 +106,7 @@ TEST_F(HistoryTest, DiscardedSamplesOfTheInsLeaveNoTrace) {
     ASSERT_EQ(h.insert(m), Reason::kAccepted);
     if (m.stamp < until) h.fuse(&records);
   }
-  h.discard_ins(since);
+  h.discard_ins(since, until);
   h.fuse(&records);
   EXPECT_EQ(h.head().belief.P, never.head().belief.P);
   EXPECT_EQ(h.head().belief.x.stamp, never.head().belief.x.stamp);

@@ -41,9 +41,10 @@ class InertialBuffer {
   /// @return false for a sample that is not later than the newest
   bool add(const InertialSample& sample);
   void clear() { count_ = 0; }
-  /// Removes the samples from `since` on.
-  void discard(Stamp since) {
-    while (count_ > 0 && (*this)[count_ - 1].stamp >= since) --count_;
+  /// Removes the newest samples in [since, until).
+  void discard(Stamp since, Stamp until) {
+    const auto wrong = [&](Stamp stamp) { return stamp >= since && stamp < until; };
+    while (count_ > 0 && wrong((*this)[count_ - 1].stamp)) --count_;
   }
 
   [[nodiscard]] std::size_t size() const { return count_; }

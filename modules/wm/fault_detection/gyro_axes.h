@@ -1,5 +1,6 @@
 #pragma once
-// Exchanged or inverted axes of the gyro, by the rotation that the LADAR measures.
+// Exchanged or inverted axes of the gyro, and a gyro that is not confirmed, by the rotation that
+// the LADAR measures.
 
 #include <algorithm>
 #include <cmath>
@@ -34,9 +35,9 @@ class GyroAxes {
     return false;
   }
 
-  /// Whether the gyro rolls or pitches much and the LADAR does not with it. A wrong gyro also
-  /// spoils the scans that it straightens, so that the LADAR measures noise: not enough to exclude
-  /// a gyro, but nothing that confirms it.
+  /// The gyro rolls or pitches much, and the LADAR not with it. A wrong gyro distorts the scans
+  /// that are deskewed with it, and the LADAR then measures noise: not enough to exclude a gyro,
+  /// but nothing that confirms it.
   [[nodiscard]] bool unconfirmed() const {
     for (int axis = 0; axis < 2; ++axis) {
       const double gyro = recent_.gyro[axis];
