@@ -31,4 +31,23 @@ struct Rig {
   Estimator estimator;
 };
 
+/// How well the estimator did on a drive.
+struct Score {
+  double nees_pose = 0.0;       ///< mean per degree of freedom, position and attitude
+  double error_m = 0.0;         ///< of position, at the end
+  double worst_error_m = 0.0;   ///< once georeferenced
+  double height_error_m = 0.0;  ///< at the end
+  double heading_error_rad = 0.0;
+  double sigma_m = 0.0;  ///< horizontal, at the end
+  int refused = 0, accepted = 0;
+  int resets = 0;
+  bool anchored = false;
+  double anchored_s = -1.0;  ///< after the start
+  Mode mode = Mode::kAlign;
+  int samples = 0;
+};
+
+/// The whole drive of an experiment.
+[[nodiscard]] Score run(const Experiment& experiment);
+
 }  // namespace rcs::wm

@@ -1,4 +1,4 @@
-// The estimator on synthetic drives: consistency, start-up with each set of sensors, outages.
+// The estimator on synthetic drives: consistency, each set of sensors, outages, rest.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -11,69 +11,6 @@
 
 namespace rcs::wm {
 namespace {
-
-struct Score {
-  double nees_pose = 0.0;       ///< mean per degree of freedom, position and attitude
-  double error_m = 0.0;         ///< of position, at the end
-  double worst_error_m = 0.0;   ///< once georeferenced
-  double height_error_m = 0.0;  ///< at the end
-  double heading_error_rad = 0.0;
-  double sigma_m = 0.0;  ///< horizontal, at the end
-  int refused = 0, accepted = 0;
-  int resets = 0;
-  bool anchored = false;
-  double anchored_s = -1.0;  ///< after the start
-  Mode mode = Mode::kAlign;
-  int samples = 0;
-};
-
-Score run(const Experiment& experiment) {
-  Rig rig(experiment);
-  auto& [truth, sensors, estimator] = rig;
-  Score score;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    const Stamp now = truth[i].stamp;
-    const double t = seconds(now - truth[0].stamp);
-    if (experiment.ins) estimator.add(sensors.imu(i));
-    const bool outage = t >= experiment.outage_from_s && t < experiment.outage_to_s;
-    if (i % 20 == 0) {
-      const GeodeticFix fix = sensors.gps(i);
-      if (experiment.gps && !outage) estimator.add(now, fix);
-    }
-    if (experiment.ladar && i % 10 == 0) estimator.add(now, sensors.scan(i));
-    if (experiment.odometry && i % 5 == 0) estimator.add(now, sensors.odometry(i));
-    if (i % 10 != 0) continue;
-    estimator.fuse();
-    for (const Innovation& k : estimator.innovations()) {
-      (k.reason == Reason::kGate ? score.refused : score.accepted) += 1;
-    }
-    estimator.clear_innovations();
-    if (!estimator.started()) continue;
-    const FilterState& s = estimator.state();
-    if (s.memory.anchored && score.anchored_s < 0.0) score.anchored_s = t;
-    const Truth& at = truth[i];
-    if (s.belief.x.stamp != at.stamp) continue;
-    const Pose& T = s.belief.x.T_world_vehicle;
-    const Vec6 e = log_se3(T.inverse() * at.T_world_vehicle);
-    if (s.memory.anchored) score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
-    if (s.memory.anchored && i % 100 == 0) {
-      score.nees_pose += e.dot(world_pose_covariance(s.belief, 0.0).llt().solve(e)) / 6.0;
-      ++score.samples;
-    }
-  }
-  score.nees_pose /= std::max(1, score.samples);
-  const FilterState& s = estimator.state();
-  const Pose& T = s.belief.x.T_world_vehicle;
-  score.error_m = (T.p - truth.back().T_world_vehicle.p).norm();
-  score.height_error_m = std::abs(T.p.z() - truth.back().T_world_vehicle.p.z());
-  score.heading_error_rad =
-      std::abs(wrap_angle(yaw_of(T.q) - yaw_of(truth.back().T_world_vehicle.q)));
-  score.sigma_m = std::sqrt(s.belief.P(0, 0) + s.belief.P(1, 1));
-  score.resets = s.memory.world_resets;
-  score.anchored = s.memory.anchored;
-  score.mode = estimator.mode();
-  return score;
-}
 
 /// Mean over seeds.
 double mean_nees(Experiment experiment, unsigned seeds) {
@@ -140,116 +77,6 @@ TEST(Estimator, LadarAndGpsDetermineTheWorldPoseOnceTheVehicleMoves) {
   EXPECT_EQ(score.mode, Mode::kGpsLadar);
   EXPECT_LT(score.error_m, 0.5);
   EXPECT_LT(score.heading_error_rad, radians(2.0));
-}
-
-// ---- starts while the vehicle moves, without a velocity from GPS or the wheels
-// ---------------------
-
-/// @param speed_mps  from the first sample on
-Experiment moving(double speed_mps, double gps_sigma_m) {
-  Experiment e;
-  e.ladar = false;
-  e.drive.still_s = -20.0;
-  e.drive.length_s = 40.0;
-  e.drive.speed_mps = speed_mps;
-  e.sensors.gps_sigma_m = gps_sigma_m;
-  return e;
-}
-
-/// @param within_s  after the levelling, which takes 10 s in motion
-void expect_aligned(Experiment e, double within_s) {
-  constexpr unsigned kSeeds = 20;
-  double nees = 0.0;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    e.sensors.seed = seed;
-    e.drive.heading_rad = 0.3 * seed;
-    const Score score = run(e);
-    EXPECT_TRUE(score.anchored) << seed;
-    EXPECT_LT(score.anchored_s, 10.0 + within_s) << seed;
-    EXPECT_LT(score.worst_error_m, 2.0) << seed;
-    EXPECT_LT(score.heading_error_rad, radians(1.0)) << seed;
-    nees += score.nees_pose / kSeeds;
-  }
-  EXPECT_LT(nees, 2.5);
-  std::printf("mean NEES per degree of freedom %.2f\n", nees);
-}
-
-TEST(MovingStart, ACarFindsItsHeadingByPositions) { expect_aligned(moving(8.0, 0.3), 2.0); }
-
-TEST(MovingStart, AHandCarriedInsFindsItsHeadingByItsTurns) {
-  Experiment e = moving(1.4, 0.05);
-  e.params.odometry.constrained = false;
-  expect_aligned(e, 20.0);
-}
-
-TEST(MovingStart, LadarAndPositions) {
-  Experiment e = moving(5.0, 0.3);
-  e.ladar = true;
-  expect_aligned(e, 3.0);
-}
-
-// Its course is not its heading: only turns and changes of the speed show it.
-TEST(MovingStart, AVehicleThatMovesObliquelyFindsItsHeadingByItsTurns) {
-  constexpr double kOblique_rad = 1.0;
-  Experiment e = moving(5.0, 0.05);
-  e.params.odometry.constrained = false;
-  Rig rig(e);
-  auto& [truth, sensors, estimator] = rig;
-  const Quat q_path_vehicle(Eigen::AngleAxisd(kOblique_rad, Vec3::UnitZ()));
-  double error_rad = 0.0;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    ImuSample imu = sensors.imu(i);
-    imu.delta_angle = q_path_vehicle.conjugate() * imu.delta_angle;
-    imu.delta_v = q_path_vehicle.conjugate() * imu.delta_v;
-    estimator.add(imu);
-    if (i % 20 == 0) {
-      GeodeticFix fix = sensors.gps(i);
-      fix.fix.has_velocity = true;
-      fix.fix.v_world = truth[i].v_world;
-      fix.fix.sigma_v_mps = Vec3::Constant(0.05);
-      estimator.add(truth[i].stamp, fix);
-    }
-    estimator.fuse();
-    estimator.clear_innovations();
-    if (!estimator.started() || !estimator.state().memory.anchored) continue;
-    const Quat q = truth[i].T_world_vehicle.q * q_path_vehicle;
-    const double yaw_rad = yaw_of(estimator.state().belief.x.T_world_vehicle.q);
-    error_rad = std::max(error_rad, std::abs(wrap_angle(yaw_rad - yaw_of(q))));
-  }
-  EXPECT_TRUE(estimator.state().memory.anchored);
-  EXPECT_LT(error_rad, radians(10.0));
-}
-
-// A velocity of zero has no direction: of a vehicle that stands while GPS reports a velocity, or
-// whose wheels are stuck.
-TEST(MovingStart, ACourseIsNoHeadingOfAVehicleThatDoesNotMove) {
-  Experiment e;
-  e.drive.still_s = 10.0;
-  e.drive.length_s = 40.0;
-  Rig rig(e);
-  auto& [truth, sensors, estimator] = rig;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    const double t = seconds(truth[i].stamp - truth[0].stamp);
-    estimator.add(sensors.imu(i));
-    if (i % 5 == 0) estimator.add(truth[i].stamp, sensors.odometry(i));
-    if (i % 20 == 0) {
-      GeodeticFix fix = sensors.gps(i);
-      if (t < 8.0) {
-        fix.fix.has_velocity = true;
-        fix.fix.v_world = Vec3(4.0, 0.0, 0.0);
-        fix.fix.sigma_v_mps = Vec3::Constant(0.05);
-      }
-      estimator.add(truth[i].stamp, fix);
-    }
-    estimator.fuse();
-    estimator.clear_innovations();
-    if (t < 9.5 && estimator.started()) {
-      EXPECT_FALSE(estimator.state().memory.anchored) << t;
-    }
-  }
-  const Pose& here = estimator.state().belief.x.T_world_vehicle;
-  EXPECT_TRUE(estimator.state().memory.anchored);
-  EXPECT_LT((here.p - truth.back().T_world_vehicle.p).head<2>().norm(), 2.0);
 }
 
 TEST(Estimator, RegistrationsBoundTheErrorInAnOutage) {
@@ -343,66 +170,6 @@ TEST(InsGap, TheRateOfAReturningInsSaysHowTheVehicleHasTurned) {
     EXPECT_LT(sigma, 0.06);
     EXPECT_GT(sigma, sigma_before + 0.02);
   }
-}
-
-/// A belief with a known velocity and the lateral constraint: no other measurements.
-class LateralConstraint : public testing::Test {
- protected:
-  LateralConstraint() {
-    s_.belief.x.inertial = true;
-    s_.belief.P.diagonal().segment<6>(kVelocity).setConstant(1e-4);
-  }
-  void hold(double after_s = 0.5) {
-    Innovations records;
-    s_.belief.x.stamp += from_milliseconds(1000.0 * after_s);
-    const Stamp now = s_.belief.x.stamp;
-    apply(model_, {now, ImuSample{now, Duration(10'000), Vec3::Zero(), Vec3::Zero()}}, &s_,
-          &records);
-  }
-  Vec3& velocity() { return s_.belief.x.v_world; }  // it faces east
-  void pitch(double rad) { s_.belief.x.T_world_vehicle.q = exp_so3(Vec3(0.0, rad, 0.0)); }
-
-  const Model model_{WmParams{}};
-  FilterState s_{initial_belief(model_.params, from_utime(1'000'000)), {}};
-};
-
-TEST_F(LateralConstraint, AShortSlideIsRejectedAndALateralDivergenceIsDetected) {
-  velocity() = Vec3(0.0, 5.0, 0.0);
-  for (int k = 0; k < 3; ++k) hold();
-  EXPECT_NEAR(velocity().y(), 5.0, 1e-9);
-  for (int k = 0; k < 5; ++k) hold();
-  EXPECT_LT(std::abs(velocity().y()), 0.5);
-  // For 2 s it diverged at 5 m/s, and its sigma covers that.
-  EXPECT_GT(std::sqrt(s_.belief.P.diagonal().segment<3>(kPosition).maxCoeff()), 5.0);
-}
-
-// Over a gully at speed a body pitches and rolls by 40 deg back and forth; its velocity does not
-// follow its heading.
-TEST_F(LateralConstraint, APitchingBodyIsNotALateralDivergence) {
-  velocity() = Vec3(10.0, 0.0, 0.0);
-  for (int k = 0; k < 12; ++k) {
-    pitch(k % 2 == 0 ? 0.5 : -0.5);
-    hold();
-  }
-  EXPECT_NEAR(velocity().z(), 0.0, 1e-9);
-}
-
-TEST_F(LateralConstraint, ALateralDivergenceIsDetectedWhileTheBodyPitches) {
-  velocity() = Vec3(10.0, 2.0, 0.0);
-  s_.belief.P.diagonal().segment<3>(kSlip).setConstant(1e-8);
-  for (int k = 0; k < 5; ++k) {
-    pitch(k % 2 == 0 ? 0.3 : -0.3);
-    hold();
-  }
-  EXPECT_LT(std::abs(velocity().y()), 0.5);
-  EXPECT_NEAR(velocity().z(), 0.0, 0.5);
-}
-
-TEST_F(LateralConstraint, TwoSlidesFarApartInTimeAreNotADivergence) {
-  velocity() = Vec3(10.0, 5.0, 0.0);
-  for (int k = 0; k < 4; ++k) hold();
-  hold(100.0);
-  EXPECT_NEAR(velocity().y(), 5.0, 1e-9);
 }
 
 /// A vehicle that stands where every scan is matched to the a priori map.
