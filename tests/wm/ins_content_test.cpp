@@ -122,7 +122,7 @@ TEST(InsContent, AForceThatDoesNotPointUpwardsIsNoMeasurement) {
 }
 
 TEST(InsContent, AWrongSampleWithAWrongStampDoubtsNoOther) {
-  constexpr std::int64_t kNow = 200 * 10'000;
+  constexpr std::int64_t kNow = 2'000'000;
   constexpr std::int64_t kFarthest = std::numeric_limits<std::int64_t>::max();
   for (const std::int64_t stamp : {-kFarthest, std::int64_t{0}, kNow - 500'000, kFarthest}) {
     std::mt19937 random(1);
