@@ -132,7 +132,7 @@ class DriveCommand final : public Command {
         "  rcs drive config/sim/hazards.toml --seeds 801..840 --losses --alert-limit 3\n"
         "  rcs drive config/sim/closed_loop.toml --seeds 321..340 --zones -o out/zones\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
-        "  rcs why out/drive7/drive_7.log");
+        "  rcs why out/drive7/drive_7.log 60");
   }
 
   int run() override {
