@@ -122,6 +122,27 @@ Verdict CloudMatcher::judge(const Pose& T) {
           agreement(model_.map(), data_.map(), few_, T, params_.agreement)};
 }
 
+/// Another hypothesis counts if it is another result. It is refined with few points only, and may
+/// still be on its way to the best one; and next to that one every street has weaker optima.
+double CloudMatcher::ambiguity(const CloudRegistration& found, double score) {
+  constexpr double kSame_m = 0.1;
+  constexpr double kSame_rad = 0.01;
+  for (std::size_t k = 1; k < found.ranked.size(); ++k) {
+    const Hypothesis& other = found.ranked[k];
+    const double share = std::clamp(other.score / score, 0.0, 1.0);
+    if (share < found.max_ambiguity) return share;
+    const auto within = [&](const Pose& T, double m, double rad) {
+      const Pose off = found.best.T_target_vehicle.inverse() * T;
+      return off.p.norm() < m && log_so3(off.q).norm() < rad;
+    };
+    const bool near = within(other.T_target_vehicle, params_.nearby_m, params_.nearby_rad);
+    if (near && share < params_.max_ambiguity_near) continue;
+    const Registration r = refine(other.T_target_vehicle);
+    if (!usable(r.stop) || !within(r.T_target_vehicle, kSame_m, kSame_rad)) return share;
+  }
+  return 0.0;
+}
+
 CloudRegistration CloudMatcher::conclude(std::vector<Hypothesis> ranked) {
   CloudRegistration out;
   out.ranked = std::move(ranked);
@@ -132,9 +153,7 @@ CloudRegistration CloudMatcher::conclude(std::vector<Hypothesis> ranked) {
   const double score = out.verdict.plausibility.score();
   out.max_ambiguity = std::clamp(params_.ambiguity_of_score * score, 0.0,
                                  far_ ? params_.max_ambiguity_far : params_.max_ambiguity);
-  if (out.ranked.size() > 1 && score > 0.0) {
-    out.ambiguity = std::clamp(out.ranked[1].score / score, 0.0, 1.0);
-  }
+  if (score > 0.0) out.ambiguity = ambiguity(out, score);
   out.accepted = out.best.stop == Stop::kConverged &&
                  registration::accepted(out.verdict, params_) && out.ambiguity < out.max_ambiguity;
   return out;

@@ -38,11 +38,14 @@ struct CloudParams {
   double convincing = 0.3;
   double clearly = 0.7;  ///< largest share of the second best of a convincing one
   double min_score = 0.1;
-  double max_contradicted = 0.45;   ///< largest share of contradicted over explained test points
-  double min_least = 0.05;          ///< least Agreement::least of an accepted result
-  double max_ambiguity = 0.8;       ///< see CloudRegistration::max_ambiguity
-  double max_ambiguity_far = 0.5;   ///< likewise, of a result far outside of `near`
-  double ambiguity_of_score = 1.1;  ///< likewise, of the score of a result
+  double max_contradicted = 0.45;    ///< largest share of contradicted over explained test points
+  double min_least = 0.05;           ///< least Agreement::least of an accepted result
+  double max_ambiguity = 0.8;        ///< see CloudRegistration::max_ambiguity
+  double max_ambiguity_far = 0.5;    ///< likewise, of a result far outside of `near`
+  double max_ambiguity_near = 0.65;  ///< likewise, by hypotheses within
+  double nearby_m = 2.0;             ///< this distance
+  double nearby_rad = 0.1;           ///< and this angle of the result
+  double ambiguity_of_score = 1.1;   ///< likewise, of the score of a result
   /// Proposed hypotheses below this share of the best one's count are not refined.
   double min_count_share = 0.7;
   int points = 2500;          ///< of each cloud in the fine stage, approximately, [100, 1000000]
@@ -62,7 +65,7 @@ struct CloudRegistration {
   Registration best;  ///< T_target_vehicle is T_model_data
   Verdict verdict;
   bool accepted = false;
-  double ambiguity = 0.0;  ///< score of the second best hypothesis over the best's, [0, 1]
+  double ambiguity = 0.0;  ///< score of the best other result over that of the best, [0, 1]
   /// From here on it is rejected as ambiguous: about its own score, at most 0.8. A result that
   /// explains little must be unambiguous: where the right pose is not within the region that was
   /// searched, the best of the wrong ones explain as little, and nearly the same. Likewise one that
@@ -92,6 +95,7 @@ class CloudMatcher {
 
  private:
   Registration refine_few(const Pose& guess);
+  [[nodiscard]] double ambiguity(const CloudRegistration& found, double score);
   void add(const std::vector<Hypothesis>& proposed, std::vector<Hypothesis>* refined);
   void keep_distinct(std::vector<Hypothesis>* refined) const;
   [[nodiscard]] bool convinces(const std::vector<Hypothesis>& ranked);

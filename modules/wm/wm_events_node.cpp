@@ -33,14 +33,16 @@ constexpr std::string_view kFindings[] = {
     "INS readmitted: it agrees with the other sources",
     "odometry excluded: two sources that agree contradict it; the belief continues without it",
     "odometry readmitted: its speed agrees with the belief",
-    "GPS excluded: the belief has rejected its fixes; no filter without GPS tells which is wrong"};
+    "GPS excluded: the belief has rejected its fixes; no filter without GPS tells which is wrong",
+    "a priori map readmitted: its matches agree with the fixes"};
 
 constexpr char kFdeText[] = "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m";
 
 /// The end of an exclusion. Fixes that replace the belief reveal a fault of the filter.
 bool readmits(Finding finding) {
   return finding == Finding::kGpsReadmitted || finding == Finding::kLadarReadmitted ||
-         finding == Finding::kInsReadmitted || finding == Finding::kOdometryReadmitted;
+         finding == Finding::kInsReadmitted || finding == Finding::kOdometryReadmitted ||
+         finding == Finding::kMapReadmitted;
 }
 
 /// The text of `alert`: what each alert means, "; " between two. It allocates only beyond 500

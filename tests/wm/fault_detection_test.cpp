@@ -148,6 +148,21 @@ TEST(FaultDetection, AFaultyMapIsExcludedAfterAnOutageAndGpsIsNot) {
   EXPECT_LT(seen.end_m, 1.0);
 }
 
+TEST(FaultDetection, AMapIsReadmittedWhenItAgreesWithTheFixes) {
+  for (const bool right_again : {true, false}) {
+    Disturbance d;
+    d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
+    d.map_off = [right_again](double t) {
+      return Vec3(right_again && t > 90.0 ? 0.0 : 0.8 * std::max(0.0, t - 35.0), 0.0, 0.0);
+    };
+    const Seen seen = drive(140.0, d);
+    EXPECT_TRUE(seen.found(Finding::kMapFaulty));
+    EXPECT_EQ(seen.found(Finding::kMapReadmitted), right_again);
+    EXPECT_EQ(seen.gps, Trusted::kFully);
+    EXPECT_LT(seen.end_m, 1.0);
+  }
+}
+
 TEST(FaultDetection, ACorrectMapIsKept) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     Disturbance d;

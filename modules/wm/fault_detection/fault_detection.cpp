@@ -86,14 +86,17 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
     }
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
-  for (Hypothesis* hypothesis : {&gps_right_, &keeps_gps_, &ladar_right_, &ins_right_}) {
+  const bool prior = std::holds_alternative<PriorMatch>(m.value);
+  for (Hypothesis* hypothesis :
+       {&gps_right_, &keeps_gps_, &ladar_right_, &ins_right_, &map_right_}) {
     if (!hypothesis->alive()) continue;
     Innovations records;
     step(model, m, next_imu, &hypothesis->state, &records);
     const bool concerns = hypothesis == &ins_right_     ? fix || match
                           : hypothesis == &ladar_right_ ? match
+                          : hypothesis == &map_right_   ? prior
                                                         : fix;
-    const Source source = fix ? Source::kGpsPosition : Source::kRolling;
+    const Source source = fix ? Source::kGpsPosition : prior ? Source::kPriorMap : Source::kRolling;
     const bool velocities = hypothesis == &keeps_gps_;
     for (int k = 0; concerns && k < records.count; ++k) {
       const Innovation& record = records.records[static_cast<std::size_t>(k)];
@@ -113,7 +116,7 @@ void Trust::drop_what_passed_a_gap(Stamp now) {
     *subfilter = Subfilter{};
     dropped = true;
   }
-  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_}) {
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_, &map_right_}) {
     const Memory& m = hypothesis->state.memory;
     if (m.withheld.ins) continue;
     if (hypothesis->alive() && std::max(m.ins_lost, m.ins_gap_end) >= hypothesis->began) {
@@ -411,7 +414,8 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
     change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
                                         : judge_fix(model, *fix, belief);
   } else if (std::holds_alternative<PriorMatch>(m.value)) {
-    change = judge_prior_match(belief, model.params.modes);
+    change = belief.memory.withheld.prior_map ? judge_excluded_map(belief, model.params.modes)
+                                              : judge_prior_match(belief, model.params.modes);
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
     change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
                                           : judge_match(belief, model.params.modes);
@@ -445,9 +449,9 @@ void Trust::step_monitors(const Withheld& withheld, Stamp now) {
   monitors_.gps.step(withheld.gps, gps_test_ratio_ > 1.0, gps_agrees, now);
   monitors_.ladar.step(withheld.ladar, ladar_test_ratio_ > 1.0, agrees(ladar_right_), now);
   monitors_.ins.step(withheld.any_of_ins(), ins_test_ratio() > 1.0, agrees(ins_right_), now);
-  // No test concerns the wheels alone, and nothing readmits the a priori map.
+  // No test concerns the wheels alone.
   monitors_.odometry.step(withheld.wheels, false, odometry_agrees_s_ > 0.0, now);
-  monitors_.prior_map.step(withheld.prior_map, map_test_ratio_ > 1.0, false, now);
+  monitors_.prior_map.step(withheld.prior_map, map_test_ratio_ > 1.0, agrees(map_right_), now);
 }
 
 namespace {
@@ -501,7 +505,9 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
     monitors_.gps.readmit(now);
   }
   if (finding == Finding::kLadarReadmitted) monitors_.ladar.readmit(now);
-  gps_right_ = keeps_gps_ = ladar_right_ = ins_right_ = {};
+  if (finding == Finding::kMapFaulty) monitors_.prior_map.exclude(now);
+  if (finding == Finding::kMapReadmitted) monitors_.prior_map.readmit(now);
+  gps_right_ = keeps_gps_ = ladar_right_ = ins_right_ = map_right_ = {};
   bound_keeping_gps_ = {};
   turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};

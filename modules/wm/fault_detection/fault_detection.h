@@ -66,7 +66,8 @@ enum class Finding : int {
   kInsReadmitted,       ///< the INS agrees with the other sources: readmitted
   kOdometryFaulty,      ///< the speed of the wheels is wrong: excluded
   kOdometryReadmitted,  ///< it agrees with the filter: readmitted
-  kGpsRejected  ///< the filter has rejected its fixes, and no sub-filter tells which one is wrong
+  kGpsRejected,   ///< the filter has rejected its fixes, and no sub-filter tells which one is wrong
+  kMapReadmitted  ///< the a priori map agrees with the fixes: readmitted
 };
 
 /// How far the filter is off at most if a source is faulty: its distance to the sub-filter that
@@ -261,6 +262,7 @@ class Trust {
                                            const FilterState& belief);
   FilterState without_map(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_prior_match(const FilterState& belief, const ModeParams& modes);
+  std::optional<FilterState> judge_excluded_map(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
@@ -330,7 +332,7 @@ class Trust {
   Stamp gps_quiet_ = Stamp::min();  ///< newest time without any sign of a fault of GPS
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
-  Hypothesis gps_right_, ladar_right_, ins_right_;
+  Hypothesis gps_right_, ladar_right_, ins_right_, map_right_;
   /// While GPS is contradicted, or excluded although the INS may be the faulty one: the filter that
   /// keeps GPS and excludes the INS.
   Hypothesis keeps_gps_;

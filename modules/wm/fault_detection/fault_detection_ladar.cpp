@@ -15,6 +15,9 @@ constexpr double kMapLimit1 = 10.83;
 constexpr Duration kLadarAgrees = from_seconds(4.0);
 constexpr double kMaxScale = 5.0;    // of its errors
 constexpr double kMaxAgainst = 0.3;  // of the votes
+// Way on which an a priori map that is readmitted agrees with the fixes. The survey is often right
+// near the place where it was matched first, and wrong farther away.
+constexpr double kMapAgrees_m = 100.0;
 
 }  // namespace
 
@@ -63,6 +66,33 @@ std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
   const bool contradicts = map_test_ratio_ > 1.0 && (!by_fixes || gps_test_ratio_ <= kCalm);
   if (!lasts(contradicts, now, &map_doubted_since_)) return std::nullopt;
   return without_map(belief, modes);
+}
+
+/// Fixes alone can show that the map is right again: without them the filter becomes so uncertain
+/// that it agrees with any map.
+std::optional<FilterState> Trust::judge_excluded_map(const FilterState& belief,
+                                                     const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
+  const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
+  if (map_right_.alive() && by_fixes) {
+    map_test_ratio_ = std::max(difference(belief, map_right_.state, params_.floor_m) / kMapLimit2,
+                               heading_difference(belief, map_right_.state) / kMapLimit1);
+    if (map_test_ratio_ <= kCalm) {
+      const bool far = belief.memory.distance_m - map_right_.began_m >= kMapAgrees_m;
+      if (!far || map_right_.agreed < params_.matches ||
+          now - map_right_.began < monitors_.prior_map.wait()) {
+        return std::nullopt;
+      }
+      return found(Finding::kMapReadmitted, map_right_.state, belief, modes);
+    }
+  }
+  map_test_ratio_ = 0.0;
+  map_right_ = {};
+  if (!by_fixes) return std::nullopt;
+  map_right_ = {belief, now, belief.memory.distance_m};
+  map_right_.state.memory.withheld.prior_map = false;
+  map_right_.state.memory.of(Source::kPriorMap).refused = 0;
+  return std::nullopt;
 }
 
 std::optional<FilterState> Trust::judge_match(const FilterState& belief, const ModeParams& modes) {
