@@ -128,9 +128,13 @@ Result<KittiDrive> KittiDrive::open(const std::string& folder) {
   if (!text) return text.error();
   Result<std::vector<ScanPair>> pairs = parse_reference_pairs(*text, path);
   if (!pairs) return pairs.error();
+  Result<KittiDrive> drive = open_sweeps(folder);
+  if (drive) drive->references_ = std::move(pairs).value();
+  return drive;
+}
 
+Result<KittiDrive> KittiDrive::open_sweeps(const std::string& folder) {
   KittiDrive drive;
-  drive.references_ = std::move(pairs).value();
   drive.sweeps_ = folder;
   const std::string archive = find_archive(folder);
   if (archive.empty()) return drive;

@@ -35,6 +35,8 @@ constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
 class KittiDrive {
  public:
   [[nodiscard]] static Result<KittiDrive> open(const std::string& folder);
+  /// A folder without reference_pairs.csv: references() is empty.
+  [[nodiscard]] static Result<KittiDrive> open_sweeps(const std::string& folder);
   KittiDrive(KittiDrive&& other) noexcept;
   KittiDrive& operator=(KittiDrive&&) = delete;
   ~KittiDrive();

@@ -74,25 +74,28 @@ std::optional<FilterState> Trust::judge_excluded_map(const FilterState& belief,
                                                      const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
-  if (map_right_.alive() && by_fixes) {
-    map_test_ratio_ = std::max(difference(belief, map_right_.state, params_.floor_m) / kMapLimit2,
-                               heading_difference(belief, map_right_.state) / kMapLimit1);
-    if (map_test_ratio_ <= kCalm) {
-      const bool far = belief.memory.distance_m - map_right_.began_m >= kMapAgrees_m;
-      if (!far || map_right_.agreed < params_.matches ||
-          now - map_right_.began < monitors_.prior_map.wait()) {
-        return std::nullopt;
-      }
-      return found(Finding::kMapReadmitted, map_right_.state, belief, modes);
-    }
-  }
   map_test_ratio_ = 0.0;
-  map_right_ = {};
-  if (!by_fixes) return std::nullopt;
-  map_right_ = {belief, now, belief.memory.distance_m};
-  map_right_.state.memory.withheld.prior_map = false;
-  map_right_.state.memory.of(Source::kPriorMap).refused = 0;
-  return std::nullopt;
+  if (!by_fixes || !map_right_.alive()) {
+    map_right_ = {};
+    if (!by_fixes) return std::nullopt;
+    map_right_ = {belief, now, belief.memory.distance_m};
+    map_right_.state.memory.withheld.prior_map = false;
+    map_right_.state.memory.of(Source::kPriorMap).refused = 0;
+    return std::nullopt;
+  }
+  const double ratio = std::max(difference(belief, map_right_.state, params_.floor_m) / kMapLimit2,
+                                heading_difference(belief, map_right_.state) / kMapLimit1);
+  if (ratio > kCalm) {
+    map_right_ = {};
+    return std::nullopt;
+  }
+  map_test_ratio_ = ratio;
+  if (map_right_.agreed < params_.matches ||
+      belief.memory.distance_m - map_right_.began_m < kMapAgrees_m ||
+      now - map_right_.began < monitors_.prior_map.wait()) {
+    return std::nullopt;
+  }
+  return found(Finding::kMapReadmitted, map_right_.state, belief, modes);
 }
 
 std::optional<FilterState> Trust::judge_match(const FilterState& belief, const ModeParams& modes) {
