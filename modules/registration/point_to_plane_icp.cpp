@@ -60,9 +60,10 @@ class Problem {
   Problem(const Points& source, RollingMap* map, const Counterpart* counterpart,
           const IcpParams& params, IcpWorkspace* workspace)
       : params_(params), workspace_(workspace) {
-    sides_[0] = {&source, map, 0, false};
+    sides_[0] = {&source, map, &workspace->found[0], 0, false};
     if (counterpart != nullptr) {
-      sides_[1] = {counterpart->target_points, counterpart->source_map, source.size(), true};
+      sides_[1] = {counterpart->target_points, counterpart->source_map, &workspace->found[1],
+                   source.size(), true};
       used_sides_ = 2;
     }
     workspace_->matches.assign(points(), {});
@@ -130,8 +131,9 @@ class Problem {
   struct Side {
     const Points* points = nullptr;
     RollingMap* map = nullptr;
-    std::size_t first = 0;  // of its matches
-    bool reversed = false;  // points of the target, surfaces of the source
+    std::vector<std::uint32_t>* found = nullptr;  // points with a match, while matches are kept
+    std::size_t first = 0;                        // of its matches
+    bool reversed = false;                        // points of the target, surfaces of the source
   };
   // Of a residual r with J = [n, p x n]: point and normal in the frame of the source.
   struct Pair {
@@ -142,6 +144,31 @@ class Problem {
 
   static double square(double v) { return v * v; }
 
+  /// Surfaces of the points that have moved since their last search.
+  void search(const Side& side, const Mat3f& R, const Vec3f& t, std::size_t stride) {
+    std::array<SurfaceQuery, 64> queries;
+    std::array<IcpWorkspace::Match*, 64> matches{};
+    std::size_t n = 0;
+    const auto answer = [&] {
+      side.map->nearest_surfaces(queries.data(), n);
+      for (std::size_t k = 0; k < n; ++k) {
+        matches[k]->found = queries[k].found;
+        if (queries[k].found) matches[k]->surface = queries[k].surface;
+      }
+      n = 0;
+    };
+    for (std::size_t i = 0; i < side.points->size(); i += stride) {
+      const Vec3f q = R * (*side.points)[i] + t;
+      IcpWorkspace::Match& match = workspace_->matches[side.first + i];
+      if ((q - match.asked).squaredNorm() <= kSearchAgain_m * kSearchAgain_m) continue;
+      match.asked = q;
+      queries[n].p = q;
+      matches[n] = &match;
+      if (++n == queries.size()) answer();
+    }
+    answer();
+  }
+
   void add_side(const Side& side, const Pose& T, double gate_m, double kernel, std::size_t stride,
                 Sums* sums, PairSums* pairs) {
     const auto kernel2 = static_cast<float>(square(kernel));
@@ -150,23 +177,16 @@ class Problem {
     const Pose T_map_points = side.reversed ? T.inverse() : T;
     const Mat3f R = T_map_points.rotation().cast<float>();
     const Vec3f t = T_map_points.p.cast<float>();
-    for (std::size_t i = 0; i < side.points->size(); i += stride) {
-      ++sums->points;
+    const auto add = [&](std::size_t i) {
+      const Surface& s = workspace_->matches[side.first + i].surface;
       const Vec3f p = (*side.points)[i];
       const Vec3f q = R * p + t;
-      IcpWorkspace::Match& match = workspace_->matches[side.first + i];
-      if (!keep_ && (q - match.asked).squaredNorm() > kSearchAgain_m * kSearchAgain_m) {
-        match.found = side.map->nearest_surface(q, &match.surface);
-        match.asked = q;
-      }
-      if (!match.found) continue;
-      const Surface& s = match.surface;
       const float r = s.normal.dot(q - s.mean);
-      if (std::abs(r) > static_cast<float>(gate_m)) continue;
+      if (std::abs(r) > static_cast<float>(gate_m)) return;
       const Vec3f n = R.transpose() * s.normal;
       const float variance = residual_variance(p, n, s, params_) + map_variance;
       const float u2 = r * r / variance;
-      if (u2 > max_u2) continue;
+      if (u2 > max_u2) return;
       const float s2 = u2 / kernel2;
       const float k = 1.0F / (1.0F + s2);
       const float w = k * k / variance;
@@ -183,7 +203,19 @@ class Problem {
       ++sums->pairs;
       sums->abs_sum += std::abs(r);
       sums->square_sum += double{r} * double{r};
+    };
+    const std::size_t n = side.points->size();
+    if (!keep_) {
+      search(side, R, t, stride);
+      side.found->clear();
+      for (std::size_t i = 0; i < n; i += stride) {
+        if (workspace_->matches[side.first + i].found) {
+          side.found->push_back(static_cast<std::uint32_t>(i));
+        }
+      }
     }
+    sums->points += static_cast<int>((n + stride - 1) / stride);
+    for (const std::uint32_t i : *side.found) add(i);
   }
 
   /// visit(pair, surface, own variance)

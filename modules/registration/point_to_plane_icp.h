@@ -1,6 +1,7 @@
 #pragma once
 // Production registration: point-to-plane least squares of a scan against the rolling map.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -38,6 +39,7 @@ class IcpWorkspace {
     bool found = false;
   };
   std::vector<Match> matches;
+  std::array<std::vector<std::uint32_t>, 2> found;  // points with a match, of both directions
   std::vector<std::uint32_t> pairs_of_voxel;
 };
 

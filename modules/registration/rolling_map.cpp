@@ -118,21 +118,32 @@ void VoxelTable::restore(const Vec3f& centre) {
 }
 
 void VoxelTable::insert(const Points& points) {
+  constexpr std::size_t kBlock = 32;  // as in nearest_surfaces
   const auto max_points = static_cast<float>(params_.max_points);
-  Voxel* voxel = nullptr;
-  for (std::size_t n = 0; n < points.size(); ++n) {
-    const Vec3f p = points[n];
-    const int i = fast_floor(p.x() * per_m_);
-    const int j = fast_floor(p.y() * per_m_);
-    const int k = fast_floor(p.z() * per_m_);
-    // Neighbours in the scan are mostly neighbours in space.
-    if (voxel == nullptr || voxel->i != i || voxel->j != j || voxel->k != k) {
-      const std::uint32_t number = find_or_add(i, j, k);
-      voxel = number == VoxelIndex::kNone ? nullptr : &voxels_[number];
+  struct Cell {
+    int i, j, k;
+  };
+  std::array<Cell, kBlock> cells;
+  std::array<std::uint32_t, kBlock> numbers;
+  for (std::size_t first = 0; first < points.size(); first += kBlock) {
+    const std::size_t m = std::min(kBlock, points.size() - first);
+    for (std::size_t n = 0; n < m; ++n) {
+      const Vec3f p = points[first + n] * per_m_;
+      cells[n] = {fast_floor(p.x()), fast_floor(p.y()), fast_floor(p.z())};
+      index_.prefetch(pack_voxel(cells[n].i, cells[n].j, cells[n].k));
     }
-    if (voxel == nullptr || voxel->moments.count >= max_points) continue;
-    voxel->moments.add(p - corner(*voxel));
-    note_points(*voxel);
+    for (std::size_t n = 0; n < m; ++n) {
+      const Cell& c = cells[n];
+      numbers[n] = find_or_add(c.i, c.j, c.k);
+      if (numbers[n] != VoxelIndex::kNone) __builtin_prefetch(&voxels_[numbers[n]], 1);
+    }
+    for (std::size_t n = 0; n < m; ++n) {
+      if (numbers[n] == VoxelIndex::kNone) continue;
+      Voxel& voxel = voxels_[numbers[n]];
+      if (voxel.moments.count >= max_points) continue;
+      voxel.moments.add(points[first + n] - corner(voxel));
+      note_points(voxel);
+    }
   }
 }
 
@@ -177,7 +188,7 @@ void VoxelTable::fit(std::uint32_t number) {
   f.surface.voxel = number;
 }
 
-bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
+std::array<VoxelKey, 4> VoxelTable::voxels_around(const Vec3f& p) const {
   const Vec3f s = p * per_m_;
   const int i = fast_floor(s.x());
   const int j = fast_floor(s.y());
@@ -185,26 +196,50 @@ bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
   const int di = s.x() - static_cast<float>(i) < 0.5F ? -1 : 1;
   const int dj = s.y() - static_cast<float>(j) < 0.5F ? -1 : 1;
   const int dk = s.z() - static_cast<float>(k) < 0.5F ? -1 : 1;
-  const std::array<std::array<int, 3>, 4> candidates = {
-      {{i, j, k}, {i + di, j, k}, {i, j + dj, k}, {i, j, k + dk}}};
+  return {pack_voxel(i, j, k), pack_voxel(i + di, j, k), pack_voxel(i, j + dj, k),
+          pack_voxel(i, j, k + dk)};
+}
 
-  const Surface* best = nullptr;
-  float best2 = 0.0F;
-  for (const auto& c : candidates) {
-    const std::uint32_t number = index_.find(pack_voxel(c[0], c[1], c[2]));
-    if (number == VoxelIndex::kNone) continue;
-    Fit& f = fits_[number];
-    if (f.is_old) fit(number);
-    if (!f.is_surface) continue;
-    const float d2 = (f.surface.mean - p).squaredNorm();
-    if (best == nullptr || d2 < best2) {
-      best = &f.surface;
-      best2 = d2;
+void VoxelTable::nearest_surfaces(SurfaceQuery* queries, std::size_t n) {
+  constexpr std::size_t kBlock = 32;  // what the processor loads for them fits into its first cache
+  std::array<std::array<VoxelKey, 4>, kBlock> keys;
+  std::array<std::array<std::uint32_t, 4>, kBlock> numbers;
+  while (n > 0) {
+    const std::size_t m = std::min(n, kBlock);
+    for (std::size_t q = 0; q < m; ++q) {
+      if (queries[q].found) continue;
+      keys[q] = voxels_around(queries[q].p);
+      for (const VoxelKey key : keys[q]) index_.prefetch(key);
     }
+    for (std::size_t q = 0; q < m; ++q) {
+      if (queries[q].found) continue;
+      for (std::size_t c = 0; c < 4; ++c) {
+        numbers[q][c] = index_.find(keys[q][c]);
+        if (numbers[q][c] != VoxelIndex::kNone) __builtin_prefetch(&fits_[numbers[q][c]]);
+      }
+    }
+    for (std::size_t q = 0; q < m; ++q) {
+      if (queries[q].found) continue;
+      const Surface* best = nullptr;
+      float best2 = 0.0F;
+      for (const std::uint32_t number : numbers[q]) {
+        if (number == VoxelIndex::kNone) continue;
+        Fit& f = fits_[number];
+        if (f.is_old) fit(number);
+        if (!f.is_surface) continue;
+        const float d2 = (f.surface.mean - queries[q].p).squaredNorm();
+        if (best == nullptr || d2 < best2) {
+          best = &f.surface;
+          best2 = d2;
+        }
+      }
+      if (best == nullptr) continue;
+      queries[q].found = true;
+      queries[q].surface = *best;
+    }
+    queries += m;
+    n -= m;
   }
-  if (best == nullptr) return false;
-  *out = *best;
-  return true;
 }
 
 RollingMap::RollingMap(const RollingMapParams& params)
@@ -246,10 +281,27 @@ void RollingMap::insert(const Points& points_vehicle, const Pose& T_rolling_vehi
 }
 
 bool RollingMap::nearest_surface(const Vec3f& p_rolling, Surface* out) {
-  if (fine_.nearest_surface(p_rolling, out)) return true;
-  if (!coarse_.nearest_surface(p_rolling, out)) return false;
-  out->voxel += coarse_id0_;
-  return true;
+  SurfaceQuery query{p_rolling};
+  nearest_surfaces(&query, 1);
+  *out = query.surface;
+  return query.found;
+}
+
+void RollingMap::nearest_surfaces(SurfaceQuery* queries, std::size_t n) {
+  constexpr std::size_t kBlock = 64;
+  std::array<bool, kBlock> fine;
+  while (n > 0) {
+    const std::size_t m = std::min(n, kBlock);
+    for (std::size_t q = 0; q < m; ++q) queries[q].found = false;
+    fine_.nearest_surfaces(queries, m);
+    for (std::size_t q = 0; q < m; ++q) fine[q] = queries[q].found;
+    coarse_.nearest_surfaces(queries, m);
+    for (std::size_t q = 0; q < m; ++q) {
+      if (queries[q].found && !fine[q]) queries[q].surface.voxel += coarse_id0_;
+    }
+    queries += m;
+    n -= m;
+  }
 }
 
 }  // namespace rcs::registration

@@ -2,6 +2,7 @@
 // The rolling map, against which scans are registered: surface statistics by voxel, of fixed
 // memory, moving with the vehicle.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -37,6 +38,12 @@ struct Surface {
   std::uint32_t voxel;   ///< identifies the patch until the map changes
 };
 
+struct SurfaceQuery {
+  Vec3f p;  ///< [m], rolling frame
+  bool found = false;
+  Surface surface{};
+};
+
 /// Voxels of one size: the moments of the points in each, and the surface fitted to them.
 class VoxelTable {
  public:
@@ -54,8 +61,9 @@ class VoxelTable {
   void restore(const Vec3f& centre);
   void clear();
 
-  /// The nearest valid surface in the voxel of `p` and the three voxels closest to it.
-  [[nodiscard]] bool nearest_surface(const Vec3f& p, Surface* out);
+  /// Of each query without answer: the nearest valid surface in the voxel of its point and the
+  /// three voxels closest to it. Many at once, because their memory accesses then overlap.
+  void nearest_surfaces(SurfaceQuery* queries, std::size_t n);
 
   [[nodiscard]] std::size_t size() const { return used_; }
   [[nodiscard]] std::size_t archived() const { return archive_.size(); }
@@ -81,6 +89,7 @@ class VoxelTable {
   std::uint32_t find_or_add(int i, int j, int k);
   void note_points(const Voxel& voxel);
   void fit(std::uint32_t number);
+  [[nodiscard]] std::array<VoxelKey, 4> voxels_around(const Vec3f& p) const;
   [[nodiscard]] Vec3f corner(const Voxel& v) const {
     return voxel_m_ *
            Vec3f(static_cast<float>(v.i), static_cast<float>(v.j), static_cast<float>(v.k));
@@ -116,6 +125,8 @@ class RollingMap {
 
   /// The fine surface at `p_rolling` if there is one, else the coarse one.
   [[nodiscard]] bool nearest_surface(const Vec3f& p_rolling, Surface* out);
+  /// Likewise of many points; faster.
+  void nearest_surfaces(SurfaceQuery* queries, std::size_t n);
 
   [[nodiscard]] std::size_t size() const { return fine_.size() + coarse_.size(); }
   [[nodiscard]] bool empty() const { return size() == 0; }

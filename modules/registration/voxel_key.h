@@ -23,6 +23,13 @@ inline int fast_floor(float v) {
   return i - static_cast<int>(v < static_cast<float>(i));
 }
 
+/// For tables whose accesses are prefetched: fewer collisions than hash_voxel().
+inline std::uint64_t scatter_voxel(VoxelKey key) {
+  key ^= key >> 29U;
+  key *= 0x9E3779B97F4A7C15ULL;
+  return key ^ (key >> 32U);
+}
+
 /// Blocks of 4 x 4 x 4 voxels are scattered (Fibonacci hashing after mixing); within one,
 /// neighbours stay neighbours, so that the next lookup is in the cache.
 inline std::uint64_t hash_voxel(VoxelKey key) {

@@ -1,5 +1,8 @@
 #include "modules/registration/voxel_sampler.h"
 
+#include <algorithm>
+#include <array>
+
 #include "modules/registration/voxel_key.h"
 #include "rcs/base/check.h"
 
@@ -34,12 +37,20 @@ void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   table_.begin(n);
   const float per_m = 1.0F / static_cast<float>(voxel_m);
   VoxelKey last = ~VoxelKey{0};
-  for (std::size_t i = 0; i < n; ++i) {
-    const VoxelKey key = pack_voxel(fast_floor(in.x[i] * per_m), fast_floor(in.y[i] * per_m),
-                                    fast_floor(in.z[i] * per_m));
-    if (key == last) continue;  // neighbours in the scan are mostly neighbours in space
-    last = key;
-    if (table_.find_or_add(key).second) out->push_back(in[i]);
+  constexpr std::size_t kBlock = 64;  // whose memory accesses overlap
+  std::array<VoxelKey, kBlock> keys;
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    const std::size_t m = std::min(kBlock, n - first);
+    for (std::size_t i = 0; i < m; ++i) {
+      keys[i] = pack_voxel(fast_floor(in.x[first + i] * per_m), fast_floor(in.y[first + i] * per_m),
+                           fast_floor(in.z[first + i] * per_m));
+      table_.prefetch(keys[i]);
+    }
+    for (std::size_t i = 0; i < m; ++i) {
+      if (keys[i] == last) continue;  // neighbours in the scan are mostly neighbours in space
+      last = keys[i];
+      if (table_.find_or_add(keys[i]).second) out->push_back(in[first + i]);
+    }
   }
 }
 

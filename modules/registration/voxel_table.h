@@ -33,10 +33,15 @@ class ScanTable {
     generation_ = 1;
   }
 
+  /// Begins to load what find_or_add(key) reads: the table is larger than the caches.
+  void prefetch(VoxelKey key) const {
+    __builtin_prefetch(&entries_[scatter_voxel(key) & (entries_.size() - 1)], 1);
+  }
+
   /// The value of a cell, and whether it is new. Its address is valid until begin().
   std::pair<Value*, bool> find_or_add(VoxelKey key) {
     const std::size_t mask = entries_.size() - 1;
-    for (std::size_t at = hash_voxel(key) & mask;; at = (at + 1) & mask) {
+    for (std::size_t at = scatter_voxel(key) & mask;; at = (at + 1) & mask) {
       Entry& entry = entries_[at];
       if (entry.generation != generation_) {
         entry = {key, generation_, {}};

@@ -80,12 +80,13 @@ TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
   }
   table.insert(patches);
   for (int call = 0; call < 17; ++call) table.forget_far(Vec3f::Zero(), 0.0F);
-  Surface s{};
   for (const Vec3f& p : places) {
+    SurfaceQuery query{p};
+    table.nearest_surfaces(&query, 1);
     if (p.norm() < 29.0F) {
-      ASSERT_TRUE(table.nearest_surface(p, &s));
+      ASSERT_TRUE(query.found);
     } else if (p.norm() > 32.0F) {
-      ASSERT_FALSE(table.nearest_surface(p, &s) && (s.mean - Vec3f::Zero()).norm() > 31.0F);
+      ASSERT_FALSE(query.found && query.surface.mean.norm() > 31.0F);
     }
   }
 }
