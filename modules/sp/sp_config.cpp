@@ -349,9 +349,8 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   sp.get_ms("nominal_compute_ms", &c.info.nominal_compute, {0, 10000},
             "Compute time by which a replay delays the output of the cycle that completes a scan.");
   sp.get("source_voxel_m", &c.source_voxel_m, {0.05, 10},
-         "Edge of the voxels of which one point each is registered, at most 5,000 of a scan. "
-         "Smaller: more accurate, more compute time. It shrinks with those of the rolling map, see "
-         "[sp.map] voxel_m.");
+         "Edge of the voxels of which one point each is registered. Smaller: more accurate, more "
+         "compute time. It shrinks with those of the rolling map, see [sp.map] voxel_m.");
   sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10},
          "Edge of the voxels of which one point each is inserted in the rolling map; all other "
          "samples are drawn from these points.");

@@ -28,9 +28,6 @@ constexpr double kNewView_m = 3.0;
 constexpr double kHardly = 0.3;
 constexpr int kLostAfter = 3;        // rejected scans in a row, while WM predicts the pose
 constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
-// Registered of a scan. In woods, where every return has a voxel of its own, more of them (9,000 of
-// an HDL-64E) cost twice the time and gain nothing; see docs/experiments/driving_and_timing.
-constexpr std::size_t kMostPoints = 5000;
 
 void move_by(const Vec3& shift, const Points& points, Points* out) {
   const Vec3f by = shift.cast<float>();
@@ -157,7 +154,6 @@ void SpNode::sample() {
   map_sampler_.sample(assembler_.scan()->points, scaled(config_.map_voxel_m, kOfVoxel * voxel_m),
                       &dense_);
   source_sampler_.sample(dense_, coarser * scaled(config_.source_voxel_m, voxel_m), &source_);
-  registration::keep_evenly(kMostPoints, &source_);
 }
 
 /// Of the scan. Few points tell nothing of the place.

@@ -39,6 +39,37 @@ TEST(RollingMap, AScanLineIsNoSurface) {
   EXPECT_FALSE(map.nearest_surface(Vec3f(1.0F, 0.2F, 0.1F), &s));
 }
 
+TEST(RollingMap, ManyQueriesAtOnceAreAnsweredLikeSingleOnes) {
+  // GIVEN a map with fine and coarse surfaces, and twins of it
+  std::mt19937 rng(7);
+  const Points scan = test::scene(test::Ground::kRolling, true, 20'000, 0.02, Vec3::Zero(), &rng);
+  RollingMap one{RollingMapParams{}};
+  one.insert(scan, Pose{});
+  RollingMap many = one;
+  // WHEN points on, beside and far from its surfaces are queried, more than a block of them
+  std::uniform_real_distribution<float> u(-30.0F, 30.0F);
+  std::uniform_real_distribution<float> height(-2.0F, 4.0F);
+  std::vector<SurfaceQuery> queries;
+  for (int k = 0; k < 1001; ++k) {
+    queries.push_back({Vec3f(u(rng), u(rng), height(rng)), k % 2 == 0, {}});
+  }
+  many.nearest_surfaces(queries.data(), queries.size());
+  // THEN the answers are those of single queries
+  int found = 0;
+  for (const SurfaceQuery& q : queries) {
+    Surface s{};
+    ASSERT_EQ(one.nearest_surface(q.p, &s), q.found);
+    if (!q.found) continue;
+    ++found;
+    EXPECT_EQ(s.voxel, q.surface.voxel);
+    EXPECT_EQ(s.mean, q.surface.mean);
+    EXPECT_EQ(s.normal, q.surface.normal);
+  }
+  EXPECT_GT(found, 100);
+  EXPECT_LT(found, 900);
+  many.nearest_surfaces(nullptr, 0);
+}
+
 TEST(RollingMap, MemoryIsBoundedAndTheFarthestGoFirst) {
   // GIVEN a small map that moves much farther than its radius
   RollingMapParams params;

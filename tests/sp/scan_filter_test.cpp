@@ -45,6 +45,22 @@ TEST(Deskew, UndoesTheMotionDuringTheScan) {
   }
 }
 
+TEST(KeepEvenly, ThePointsThatRemainAreSpreadOverAllInTheirOrder) {
+  Points points;
+  for (int k = 0; k < 1000; ++k) points.push_back(Vec3f(static_cast<float>(k), 0.0F, 0.0F));
+  Points few = points;
+  registration::keep_evenly(1000, &few);
+  EXPECT_EQ(few.size(), 1000U);
+  registration::keep_evenly(300, &few);
+  ASSERT_EQ(few.size(), 300U);
+  EXPECT_EQ(few.x[0], 0.0F);
+  for (std::size_t k = 1; k < few.size(); ++k) {
+    EXPECT_GE(few.x[k] - few.x[k - 1], 3.0F);
+    EXPECT_LE(few.x[k] - few.x[k - 1], 4.0F);
+  }
+  EXPECT_GE(few.x[299], 996.0F);
+}
+
 TEST(VoxelSampler, KeepsExactlyOnePointOfEachOccupiedVoxel) {
   std::mt19937 rng(9);
   std::uniform_real_distribution<float> u(-20.0F, 20.0F);
