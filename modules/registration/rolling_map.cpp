@@ -19,9 +19,10 @@ constexpr float kNoWay = std::numeric_limits<float>::max();
 
 }  // namespace
 
-VoxelTable::VoxelTable(double voxel_m, const RollingMapParams& params)
+VoxelTable::VoxelTable(double voxel_m, const RollingMapParams& params, std::uint32_t first_id)
     : voxel_m_(static_cast<float>(voxel_m)),
       per_m_(1.0F / static_cast<float>(voxel_m)),
+      first_id_(first_id),
       params_(params),
       index_(static_cast<std::size_t>(params.capacity)),
       keep_radius_m_(static_cast<float>(params.radius_m)),
@@ -185,7 +186,7 @@ void VoxelTable::fit(std::uint32_t number) {
   // Of a plane fitted to n points of that extent.
   f.surface.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
   f.surface.count = v.moments.count;
-  f.surface.voxel = number;
+  f.surface.voxel = first_id_ + number;
 }
 
 std::array<VoxelKey, 4> VoxelTable::voxels_around(const Vec3f& p) const {
@@ -244,8 +245,8 @@ void VoxelTable::nearest_surfaces(SurfaceQuery* queries, std::size_t n) {
 
 RollingMap::RollingMap(const RollingMapParams& params)
     : fine_(params.voxel_m, params),
-      coarse_(kCoarseRatio * params.voxel_m, params),
-      coarse_id0_(static_cast<std::uint32_t>(params.capacity)),
+      coarse_(kCoarseRatio * params.voxel_m, params, static_cast<std::uint32_t>(params.capacity)),
+      voxel_ids_(2 * static_cast<std::size_t>(params.capacity)),
       archives_(params.archive > 0) {}
 
 void RollingMap::clear() {
@@ -288,20 +289,9 @@ bool RollingMap::nearest_surface(const Vec3f& p_rolling, Surface* out) {
 }
 
 void RollingMap::nearest_surfaces(SurfaceQuery* queries, std::size_t n) {
-  constexpr std::size_t kBlock = 64;
-  std::array<bool, kBlock> fine;
-  while (n > 0) {
-    const std::size_t m = std::min(n, kBlock);
-    for (std::size_t q = 0; q < m; ++q) queries[q].found = false;
-    fine_.nearest_surfaces(queries, m);
-    for (std::size_t q = 0; q < m; ++q) fine[q] = queries[q].found;
-    coarse_.nearest_surfaces(queries, m);
-    for (std::size_t q = 0; q < m; ++q) {
-      if (queries[q].found && !fine[q]) queries[q].surface.voxel += coarse_id0_;
-    }
-    queries += m;
-    n -= m;
-  }
+  for (std::size_t q = 0; q < n; ++q) queries[q].found = false;
+  fine_.nearest_surfaces(queries, n);
+  coarse_.nearest_surfaces(queries, n);
 }
 
 }  // namespace rcs::registration

@@ -38,16 +38,18 @@ struct Surface {
   std::uint32_t voxel;   ///< identifies the patch until the map changes
 };
 
+/// A point whose surface is looked for.
 struct SurfaceQuery {
   Vec3f p;  ///< [m], rolling frame
   bool found = false;
-  Surface surface{};
+  Surface surface{};  ///< if found
 };
 
 /// Voxels of one size: the moments of the points in each, and the surface fitted to them.
 class VoxelTable {
  public:
-  VoxelTable(double voxel_m, const RollingMapParams& params);
+  /// @param first_id  Surface::voxel of its first voxel
+  VoxelTable(double voxel_m, const RollingMapParams& params, std::uint32_t first_id = 0);
 
   void insert(const Points& points_rolling);
   /// As if its points were inserted one by one. A voxel of `finer` must lie in one of this table's.
@@ -97,6 +99,7 @@ class VoxelTable {
 
   float voxel_m_;
   float per_m_;
+  std::uint32_t first_id_;
   RollingMapParams params_;
   VoxelIndex index_;
   std::vector<Voxel> voxels_;
@@ -133,14 +136,14 @@ class RollingMap {
   /// Points may have been dropped for lack of room.
   [[nodiscard]] bool full() const { return fine_.full() || coarse_.full(); }
   /// One more than the largest Surface::voxel.
-  [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
+  [[nodiscard]] std::size_t voxel_ids() const { return voxel_ids_; }
   [[nodiscard]] const VoxelTable& coarse() const { return coarse_; }
   [[nodiscard]] std::size_t archived() const { return fine_.archived() + coarse_.archived(); }
 
  private:
   VoxelTable fine_;
   VoxelTable coarse_;
-  std::uint32_t coarse_id0_;
+  std::size_t voxel_ids_;
   bool archives_;
   DrivenWay way_;
   Points points_rolling_;

@@ -64,6 +64,7 @@ void SpNode::reserve() {
   prior_scan_.reserve(n);
   map_.reserve(n);
   icp_.matches.reserve(n);
+  icp_.found[0].reserve(n);
   icp_.pairs_of_voxel.resize(map_.voxel_ids());
   prior_match_.matches.reserve(n);
   prior_match_.points.reserve(n);

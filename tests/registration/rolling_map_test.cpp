@@ -40,7 +40,7 @@ TEST(RollingMap, AScanLineIsNoSurface) {
 }
 
 TEST(RollingMap, ManyQueriesAtOnceAreAnsweredLikeSingleOnes) {
-  // GIVEN a map with fine and coarse surfaces, and twins of it
+  // GIVEN a map with fine and coarse surfaces, and a copy of it
   std::mt19937 rng(7);
   const Points scan = test::scene(test::Ground::kRolling, true, 20'000, 0.02, Vec3::Zero(), &rng);
   RollingMap one{RollingMapParams{}};
