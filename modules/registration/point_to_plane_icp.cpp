@@ -67,8 +67,9 @@ class Problem {
       used_sides_ = 2;
     }
     workspace_->matches.assign(points(), {});
-    for (std::size_t k = 0; k < used_sides_; ++k)
+    for (std::size_t k = 0; k < used_sides_; ++k) {
       sides_[k].found->reserve(sides_[k].points->size());
+    }
   }
 
   [[nodiscard]] std::size_t points() const {

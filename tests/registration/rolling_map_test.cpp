@@ -50,6 +50,7 @@ TEST(RollingMap, ManyQueriesAtOnceAreAnsweredLikeSingleOnes) {
   std::uniform_real_distribution<float> u(-30.0F, 30.0F);
   std::uniform_real_distribution<float> height(-2.0F, 4.0F);
   std::vector<SurfaceQuery> queries;
+  queries.reserve(1001);
   for (int k = 0; k < 1001; ++k) {
     queries.push_back({Vec3f(u(rng), u(rng), height(rng)), k % 2 == 0, {}});
   }
