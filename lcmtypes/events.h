@@ -153,9 +153,12 @@ struct Info {
     "Look for the first `fde`, `input.*` or `registration.failed` event before it.")               \
   X(kWmResumed, "wm", "state.resumed", kWarning, kOne,                                             \
     "WM was started again and continues with the belief, frame local and the terrain of its "      \
-    "predecessor, or reports why it does not.",                                                    \
-    "The process ended or was restarted; the output of `rcs up` shows how.",                       \
-    "None if it continues. Otherwise WM levels itself and finds its heading as at every start.")   \
+    "predecessor, after another start of `rcs up` or a longer time with the terrain alone, or "    \
+    "reports why it does not.",                                                                    \
+    "The process ended or was restarted, the output of `rcs up` shows how; or the vehicle was "    \
+    "moved meanwhile.",                                                                            \
+    "None if it continues. Otherwise WM levels itself and finds its heading as at every start, "   \
+    "and knows no terrain: look that nothing stands in the blind zone before the LADAR.")          \
   X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
     "WM uses a new map epoch of the rolling map.",                                                 \
     "SP has started a new rolling map: at its start, or after `map.reseeded`.",                    \

@@ -15,15 +15,21 @@ namespace rcs::wm {
 
 class CheckpointKeeper {
  public:
-  /// Older: the vehicle may have been moved; start as usual.
+  /// An older belief is not continued with: the vehicle may have been moved.
   static constexpr Duration kOldest = from_seconds(5.0);
-  /// A state whose successor ended again within this time may have ended it: it is not used twice.
+  /// The terrain around a vehicle that was at rest is used for longer, also by another run: what
+  /// has changed in the blind zone of the LADAR meanwhile is unknown in any case.
+  static constexpr Duration kOldestTerrain = from_seconds(600.0);
+  /// A state whose successor ended again within this time may have ended it: its belief is not used
+  /// twice, its terrain not more than kMostUnproven times.
   static constexpr Duration kProven = from_seconds(10.0);
+  static constexpr int kMostUnproven = 3;
 
   [[nodiscard]] static CheckpointLayout layout(const TerrainGrid& grid);
 
-  explicit CheckpointKeeper(std::unique_ptr<CheckpointMemory> memory)
-      : memory_(std::move(memory)) {}
+  /// @param run_id  see Publisher
+  CheckpointKeeper(std::unique_ptr<CheckpointMemory> memory, std::int64_t run_id)
+      : memory_(std::move(memory)), run_id_(run_id) {}
 
   /// What the node itself continues with.
   struct NodeState {
@@ -31,8 +37,14 @@ class CheckpointKeeper {
     std::int64_t registration_seq = 0;  ///< newest of SP_REGISTRATION that was received; 0: none
   };
 
-  enum class Result { kNone, kResumed, kTooOld, kNotProven };
-  /// Before any input, in the first cycle. Sets the parameters if the result is kResumed.
+  enum class Result {
+    kNone,
+    kResumed,
+    kTerrain,  ///< of a vehicle at rest, where frame local will begin; the belief is not used
+    kTooOld,
+    kNotProven
+  };
+  /// Before any input, in the first cycle. Sets `node` if the result is kResumed.
   Result resume(Stamp now, Estimator* estimator, TerrainDesk* terrain, NodeState* node);
   /// Age of the state at resume().
   [[nodiscard]] Duration age() const { return age_; }
@@ -46,15 +58,19 @@ class CheckpointKeeper {
   struct State {
     Continuation continuation;
     Stamp written = Stamp::min();  // node time
-    Stamp resumed = Stamp::min();  // node time at which this process began with such a state
+    std::int64_t run_id = 0;
+    bool at_rest = false;
+    int unproven = 0;  // processes in a row that have used such a state, none for kProven
     NodeState node;
     Stamp newest_points = Stamp::min();
     Vec2 terrain_start = Vec2::Zero();
   };
 
   std::unique_ptr<CheckpointMemory> memory_;
+  std::int64_t run_id_;
   State state_;
-  Stamp resumed_ = Stamp::min();
+  Stamp resumed_ = Stamp::min();  // node time at which this process began with a state
+  int unproven_ = 0;
   Duration age_{};
   std::size_t next_row_ = 0;
   std::vector<std::byte> row_;

@@ -40,10 +40,14 @@ void Estimator::start(const Belief& belief, double gravity) {
     state.memory.ins_stamp = belief.x.stamp;
     state.memory.stillness = leveler_.stillness();
   }
-  // The local frame starts at the vehicle, level: z is up once gravity is known.
+  // Frame local is level: z is up once gravity is known.
   state.memory.T_path_vehicle = belief.x.T_world_vehicle;
-  state.memory.T_local_vehicle = belief.x.T_world_vehicle;
   T_local_vehicle_ = belief.x.T_world_vehicle;
+  if (T_local_start_) {
+    const double turn = yaw_of(T_local_start_->q) - yaw_of(T_local_vehicle_.q);
+    T_local_vehicle_ = {exp_so3(Vec3(0.0, 0.0, turn)) * T_local_vehicle_.q, T_local_start_->p};
+  }
+  state.memory.T_local_vehicle = T_local_vehicle_;
   history_.restart(state);
   const Earth earth = datum_ ? earth_at(datum_->datum()) : Earth{gravity, Vec3::Zero()};
   history_.amend(earth, [](FilterState*) {});

@@ -56,6 +56,10 @@ class Estimator {
   /// Before any input.
   void resume(const Continuation& from);
 
+  /// Frame local will begin with the vehicle at this place and yaw, not at its origin: those at
+  /// which another estimator ended. Before any input.
+  void begin_local_at(const Pose& T_local_vehicle) { T_local_start_ = T_local_vehicle; }
+
   /// To be called in each cycle before fuse(): resolves suspected clock steps.
   void watch_clocks(Stamp now);
 
@@ -127,6 +131,7 @@ class Estimator {
   std::optional<WaitingMatch> waiting_match_;  ///< until the state of its instant is fused
   std::vector<Innovation> innovations_;
   bool started_ = false;
+  std::optional<Pose> T_local_start_;  ///< place and yaw; none: the origin
   Pose T_local_vehicle_;
   Stamp local_stamp_ = Stamp::min();
   double slew_s_ = 0.0;  ///< time for which slewing is allowed now

@@ -83,6 +83,8 @@ void WmNode::resume(Stamp now) {
       report_.publish(now, event::kWmResumed,
                       "belief, frame local and terrain continued from {:.2f} s before", age_s);
       return;
+    case Result::kTerrain:
+      return;  // reported when a scan has verified it
     case Result::kTooOld:
       report_.publish(now, event::kWmResumed,
                       "start without the last belief, which is {:.1f} s old", age_s);
@@ -455,7 +457,7 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
     if (!memory) {
       node->state_no_checkpoint(memory.error().message);
     } else if (*memory) {
-      node->use(std::move(memory).value());
+      node->use(std::move(memory).value(), bus->publisher().run_id);
     }
   }
   return std::unique_ptr<Node>(std::move(node));

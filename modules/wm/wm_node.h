@@ -43,7 +43,10 @@ class WmNode final : public Node {
   /// Before the first cycle: why no state outlives this process; reported as an event.
   void state_no_checkpoint(std::string why) { no_checkpoint_ = std::move(why); }
   /// Before the first cycle: continues with the state of a predecessor, and keeps its own.
-  void use(std::unique_ptr<CheckpointMemory> memory) { checkpoint_.emplace(std::move(memory)); }
+  /// @param run_id  see Publisher
+  void use(std::unique_ptr<CheckpointMemory> memory, std::int64_t run_id) {
+    checkpoint_.emplace(std::move(memory), run_id);
+  }
   [[nodiscard]] CheckpointLayout checkpoint_layout() const {
     return CheckpointKeeper::layout(terrain_.grid());
   }

@@ -196,7 +196,7 @@ Result<std::string> state_folder(const ParamFile& file) {
   return key.empty() ? default_folder() : file.resolve(key);
 }
 
-Result<StopLatch> open_stop_latch(const ParamFile& file) {
+Result<std::string> stop_latch_path(const ParamFile& file) {
   const Result<std::string> state = state_folder(file);
   if (!state) return state.error();
   const std::string& folder = *state;
@@ -213,7 +213,13 @@ Result<StopLatch> open_stop_latch(const ParamFile& file) {
   const fs::path parent = fs::weakly_canonical(fs::absolute(given, error).parent_path(), error);
   const std::string config = (parent / given.filename()).string();
   const fs::path name = fmt::format("{}-{:016x}.stop", given.stem().string(), fnv1a(config));
-  Result<StopLatch> latch = StopLatch::open((folder / name).string());
+  return (folder / name).string();
+}
+
+Result<StopLatch> open_stop_latch(const ParamFile& file) {
+  const Result<std::string> path = stop_latch_path(file);
+  if (!path) return path.error();
+  Result<StopLatch> latch = StopLatch::open(*path);
   if (latch) return latch;
   return Error{
       fmt::format("{}; emergency stops are latched there: set [process] state_directory in {}",

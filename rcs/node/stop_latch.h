@@ -110,9 +110,12 @@ class StopLatch {
 /// $STATE_DIRECTORY (systemd), $XDG_STATE_HOME/rcs or $HOME/.local/state/rcs. Empty: none is known.
 [[nodiscard]] Result<std::string> state_folder(const ParamFile& file);
 
-/// Opens the latch of a vehicle's configuration, in its state_folder().
-/// The file's name has the configuration's stem and a hash of its absolute path, so that no two
-/// configurations share a file. Errors name the folder and the key.
+/// The file of the latch of a vehicle's configuration, in its state_folder(). Its name has the
+/// configuration's stem and a hash of its absolute path, so that no two configurations share a
+/// file. Errors name the key.
+[[nodiscard]] Result<std::string> stop_latch_path(const ParamFile& file);
+
+/// Opens the latch of a vehicle's configuration. Errors name the folder and the key.
 [[nodiscard]] Result<StopLatch> open_stop_latch(const ParamFile& file);
 
 }  // namespace rcs

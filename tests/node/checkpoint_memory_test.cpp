@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <random>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -62,6 +65,65 @@ TEST_F(CheckpointMemoryTest, RecordsOfAnotherProgramOrLayoutAreDiscarded) {
   EXPECT_FALSE(open()->read_state(state_.data())) << "the other program has discarded it";
   open()->write_state(State(kLayout.state_bytes, 1).data());
   EXPECT_FALSE(open({kLayout.state_bytes, 20, kLayout.row_bytes})->read_state(state_.data()));
+}
+
+class CheckpointFile : public testing::Test {
+ protected:
+  CheckpointFile() { EXPECT_NE(mkdtemp(folder_.data()), nullptr); }
+  ~CheckpointFile() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] const std::string& folder() const { return folder_; }
+  [[nodiscard]] static std::string error_of(const Result<CheckpointOwner>& owner) {
+    return owner ? "" : owner.error().message;
+  }
+
+ private:
+  std::string folder_ = (std::filesystem::temp_directory_path() / "rcs_memory_XXXXXX").string();
+};
+
+TEST_F(CheckpointFile, ALaterRunFindsTheMemoryOfItsVehicle) {
+  const auto write = [this](const std::string& vehicle, unsigned char value) {
+    const Result<CheckpointOwner> owner = CheckpointOwner::open(folder(), vehicle);
+    ASSERT_TRUE(owner.ok()) << error_of(owner);
+    auto memory = CheckpointMemory::open(owner->path(), kLayout, kProgram);
+    ASSERT_TRUE(memory.ok());
+    (*memory)->write_state(State(kLayout.state_bytes, value).data());
+  };
+  write("a", 1);
+  write("b", 2);
+  const Result<CheckpointOwner> owner = CheckpointOwner::open(folder(), "a");
+  ASSERT_TRUE(owner.ok()) << error_of(owner);
+  auto memory = CheckpointMemory::open(owner->path(), kLayout, kProgram);
+  ASSERT_TRUE(memory.ok());
+  State state(kLayout.state_bytes);
+  ASSERT_TRUE((*memory)->read_state(state.data()));
+  EXPECT_EQ(state, State(kLayout.state_bytes, 1));
+}
+
+TEST_F(CheckpointFile, OneRunHasItAtATime) {
+  const Result<CheckpointOwner> first = CheckpointOwner::open(folder(), "a");
+  ASSERT_TRUE(first.ok()) << error_of(first);
+  EXPECT_NE(error_of(CheckpointOwner::open(folder(), "a")).find("another `rcs up`"),
+            std::string::npos);
+  EXPECT_TRUE(CheckpointOwner::open(folder(), "b").ok());
+}
+
+TEST_F(CheckpointFile, WhatAnotherUserCouldHavePutThereIsRefused) {
+  namespace fs = std::filesystem;
+  std::string path;
+  {
+    ASSERT_TRUE(CheckpointOwner::open(folder(), "a").ok());
+    path = fs::directory_iterator(folder())->path().string();
+  }
+  fs::permissions(path, fs::perms::group_read, fs::perm_options::add);
+  EXPECT_NE(error_of(CheckpointOwner::open(folder(), "a")).find(path), std::string::npos);
+  fs::rename(path, folder() + "/other");
+  fs::create_symlink(folder() + "/other", path);
+  EXPECT_NE(error_of(CheckpointOwner::open(folder(), "a")).find(path), std::string::npos);
+  fs::remove(path);
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_NE(error_of(CheckpointOwner::open(folder(), "a")).find("regular"), std::string::npos);
+  EXPECT_NE(error_of(CheckpointOwner::open(folder() + "/none", "a")).find("/none/"),
+            std::string::npos);
 }
 
 TEST_F(CheckpointMemoryTest, ABadPathIsAnErrorThatNamesIt) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -144,25 +145,28 @@ TEST(WmCheckpoint, AfterALongGapTheRollingMapPlacesTheVehicle) {
 
 class WmCheckpointNode : public testing::Test {
  protected:
-  WmCheckpointNode() {
+  explicit WmCheckpointNode(const DriveScript& script = {}) : truth_(make_drive(script)) {
+    begin_sensors();
     Result<CheckpointOwner> created = CheckpointOwner::create();
     EXPECT_TRUE(created.ok());
     owner_ = std::move(created).value();
     start();
   }
-  void start(std::uint64_t program = 1) {
+  /// Their map begins, too.
+  void begin_sensors() { sensors_.emplace(truth_, config_.params, SensorScript{}); }
+  void start(std::uint64_t program = 1, std::int64_t run_id = 1) {
     if (node_) killed_.push_back(std::move(node_));  // the bus holds the addresses of its inboxes
     node_ = std::make_unique<WmNode>(config_, &bus_);
     auto memory = CheckpointMemory::open(owner_.path(), node_->checkpoint_layout(), program);
     ASSERT_TRUE(memory.ok()) << memory.error().message;
-    node_->use(std::move(memory).value());
+    node_->use(std::move(memory).value(), run_id);
   }
   /// Runs the node over truth_[begin, end) with the INS, registrations, fixes and points.
   void run(std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Stamp now = truth_[i].stamp;
-      ins_t m = message(sensors_.imu(i));
-      gps_fix_t fix = message(now, sensors_.gps(i));
+      ins_t m = message(sensors_->imu(i));
+      gps_fix_t fix = message(now, sensors_->gps(i));
       ins_out_.publish(&m);
       if (i % 10 == 0) publish_scan(i);
       if (i % 20 == 0) gps_out_.publish(&fix);
@@ -170,7 +174,7 @@ class WmCheckpointNode : public testing::Test {
     }
   }
   void publish_scan(std::size_t i) {
-    registration_t m = message(truth_[i].stamp, sensors_.scan(i));
+    registration_t m = message(truth_[i].stamp, sensors_->scan(i));
     registration_out_.publish(&m);
     if (!points_) return;
     points_t p{};
@@ -179,11 +183,11 @@ class WmCheckpointNode : public testing::Test {
     std::copy(std::begin(m.q_target_vehicle), std::end(m.q_target_vehicle), p.q_rolling_vehicle);
     std::copy(std::begin(m.p_target_vehicle_m), std::end(m.p_target_vehicle_m),
               p.p_rolling_vehicle_m);
-    for (int x = 0; x < 60; ++x) {
+    for (int x = 0; x < lines_; ++x) {
       for (int y = -20; y <= 20; ++y) {
         p.x_m.push_back(6.0F + 0.3F * static_cast<float>(x));
         p.y_m.push_back(0.4F * static_cast<float>(y));
-        p.z_m.push_back(-0.5F);
+        p.z_m.push_back(-0.5F + hills_m_ * std::sin(0.5F * (p.x_m.back() + moved_m_)));
       }
     }
     p.n = static_cast<std::int32_t>(p.x_m.size());
@@ -211,9 +215,12 @@ class WmCheckpointNode : public testing::Test {
 
   WmConfig config_;
   LocalBus bus_;
-  std::vector<Truth> truth_ = make_drive({});
-  Sensors sensors_{truth_, config_.params, {}};
+  std::vector<Truth> truth_;
+  std::optional<Sensors> sensors_;
   bool points_ = true;
+  int lines_ = 60;
+  float hills_m_ = 0.0F;
+  float moved_m_ = 0.0F;
   StageClock stages_;
   CheckpointOwner owner_;
   std::unique_ptr<WmNode> node_;
@@ -235,8 +242,8 @@ TEST_F(WmCheckpointNode, FrameLocalEpochAndTerrainContinue) {
   start();
   points_ = false;
   for (std::size_t i = 4000; i < 4040; ++i) {
-    (void)sensors_.imu(i);
-    if (i % 10 == 0) (void)sensors_.scan(i);
+    (void)sensors_->imu(i);
+    if (i % 10 == 0) (void)sensors_->scan(i);
   }
   run(4040, 4080);
   const nav_state_t after = *nav_states_.latest();
@@ -261,8 +268,8 @@ TEST_F(WmCheckpointNode, FrameLocalAndTerrainBeginAgainIfNothingCoversTheGap) {
   points_ = false;
   // For 2 s, in which SP was silent, too: no sequence number is missing.
   for (std::size_t i = 4000; i < 4200; ++i) {
-    (void)sensors_.imu(i);
-    if (i % 10 == 0) (void)sensors_.scan(i);
+    (void)sensors_->imu(i);
+    if (i % 10 == 0) (void)sensors_->scan(i);
   }
   run(4200, 4240);
   const nav_state_t after = *nav_states_.latest();
@@ -311,6 +318,82 @@ TEST_F(WmCheckpointNode, AStateWhoseSuccessorRanForLongIsUsed) {
   start();
   run(3100, 3101);
   EXPECT_NE(newest_event().find("continued from"), std::string::npos);
+}
+
+class WmCheckpointAtRest : public WmCheckpointNode {
+ protected:
+  WmCheckpointAtRest() : WmCheckpointNode({30.0, 35.0}) { hills_m_ = 0.6F; }
+  /// The vehicle stands for 15 s, then everything starts again, 3 s later.
+  void restart_all() {
+    run(1, kEnd);
+    before_ = *nav_states_.latest();
+    known_ = known_cells(*patches_.latest());
+    for (; !patches_.empty(); patches_.pop()) {
+    }
+    start(1, 2);
+    begin_sensors();
+    lines_ = 15;  // of the 60 that were seen
+  }
+  static constexpr std::size_t kEnd = 1500;
+  nav_state_t before_{};
+  int known_ = 0;
+};
+
+TEST_F(WmCheckpointAtRest, AnotherRunContinuesWithTheTerrain) {
+  restart_all();
+  ASSERT_GT(known_, 1000);
+  run(kEnd + 300, kEnd + 1300);
+  EXPECT_NE(newest_event().find("start with the terrain"), std::string::npos);
+  ASSERT_FALSE(patches_.empty());
+  EXPECT_GT(known_cells(*patches_.latest()), 9 * known_ / 10);
+  const nav_state_t after = *nav_states_.latest();
+  EXPECT_GT(after.local_utime, before_.local_utime) << "another frame, at the same place";
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(after.p_local_vehicle_m[k], before_.p_local_vehicle_m[k], 0.1) << k;
+  }
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NEAR(after.q_local_vehicle[k], before_.q_local_vehicle[k], 0.01) << k;
+  }
+}
+
+TEST_F(WmCheckpointAtRest, NoPatchIsPublishedBeforeAScanHasVerifiedTheTerrain) {
+  restart_all();
+  points_ = false;
+  run(kEnd + 300, kEnd + 1300);
+  EXPECT_TRUE(patches_.empty());
+}
+
+TEST_F(WmCheckpointAtRest, TheTerrainOfAnotherPlaceIsNotUsed) {
+  restart_all();
+  moved_m_ = 3.0F;
+  run(kEnd + 300, kEnd + 1300);
+  EXPECT_NE(newest_event().find("start without the terrain"), std::string::npos);
+  ASSERT_FALSE(patches_.empty());
+  EXPECT_LT(known_cells(*patches_.latest()), known_ / 2);
+}
+
+TEST_F(WmCheckpointAtRest, TerrainIsUsedAtMostThreeTimesWithoutProof) {
+  restart_all();
+  for (int k = 0; k <= 3; ++k) {
+    cycle(truth_[kEnd + 300].stamp);
+    const std::string text = newest_event();
+    EXPECT_EQ(text.find("soon after") != std::string::npos, k == 3) << text;
+    start(1, 3 + k);
+  }
+}
+
+TEST_F(WmCheckpointAtRest, TerrainThatIsOldIsNotUsed) {
+  restart_all();
+  cycle(truth_[kEnd].stamp + from_seconds(700.0));
+  EXPECT_NE(newest_event().find("s old"), std::string::npos);
+}
+
+// Where it came to rest is unknown.
+TEST_F(WmCheckpointNode, TheTerrainOfAVehicleThatMovedIsNotUsedByAnotherRun) {
+  run(1, 2000);
+  start(1, 2);
+  run(2100, 2101);
+  EXPECT_NE(newest_event().find("s old"), std::string::npos);
 }
 
 }  // namespace

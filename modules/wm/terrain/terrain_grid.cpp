@@ -81,6 +81,25 @@ void TerrainGrid::restore_row(const std::byte* row) {
   }
 }
 
+double TerrainGrid::agreement(const Points& p_vehicle, const Pose& T_local_vehicle) const {
+  constexpr double kEqual_m = 0.2;
+  constexpr int kEnough = 50;  // points
+  int near = 0;
+  int equal = 0;
+  for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
+    const Vec3 p = Vec3f(p_vehicle[k]).cast<double>();
+    if (p.norm() > params_.accurate_m) continue;
+    const Vec3 at = T_local_vehicle * p;
+    ++near;
+    const TerrainCell* const cell = cells_.find(cells_.cell_at(at.x(), at.y()));
+    if (cell == nullptr || cell->scans == 0) continue;
+    const auto low_m = static_cast<double>(cell->low_m);
+    const auto high_m = std::max(low_m, static_cast<double>(cell->high_m));
+    if (at.z() > low_m - kEqual_m && at.z() < high_m + kEqual_m) ++equal;
+  }
+  return near < kEnough ? 0.0 : static_cast<double>(equal) / near;
+}
+
 void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
   centre = {centre.i & ~1, centre.j & ~1};  // the quarters of a cell enter and leave together

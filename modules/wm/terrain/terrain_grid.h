@@ -155,6 +155,11 @@ class TerrainGrid {
     return cell == nullptr || cell->upright > 0;
   }
 
+  /// Share of the points within accurate_m that lie on known ground or on what stands there, [0,
+  /// 1]; 0 if there are too few.
+  /// @param p_vehicle, T_local_vehicle  as for insert()
+  [[nodiscard]] double agreement(const Points& p_vehicle, const Pose& T_local_vehicle) const;
+
   [[nodiscard]] const TerrainParams& params() const { return params_; }
   [[nodiscard]] bool empty() const { return scans_ == 0; }
 

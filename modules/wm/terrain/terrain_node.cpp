@@ -18,6 +18,8 @@ constexpr std::int16_t kUnknownHeight = -32768;
 constexpr int kParts = 3;                   // of a patch's rows, one a cycle
 constexpr std::size_t kMaxUpright = 1'000;  // quarters of cells in a scan
 constexpr double kObjectMargin_m = 0.2;     // what is seen of an object is not all of it
+constexpr double kSamePlace = 0.7;          // share of a scan that agrees
+constexpr double kRest_mps = 0.1;
 
 }  // namespace
 
@@ -43,7 +45,7 @@ void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now,
   }
   for (; !points_.empty(); points_.pop()) take(*points_.front(), estimator, now, report);
   if (!clock_.due(now)) return;
-  if (!grid_.empty()) begin_patch(estimator.T_local_vehicle(), local_began);
+  if (!grid_.empty() && !restored_) begin_patch(estimator.T_local_vehicle(), local_began);
   clock_.advance(now);
 }
 
@@ -52,6 +54,7 @@ void TerrainDesk::clear() {
   moving_.clear();
   upright_.clear();
   rows_ = grid_.params().patch;
+  restored_ = false;
 }
 
 // The points are given in the rolling map of SP; the transformation to frame local is evaluated
@@ -77,9 +80,25 @@ void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now,
   const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};
   const Pose T_local_rolling =
       estimator.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
-  grid_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
+  const Pose T_local_points = T_local_rolling * T_rolling_points;
+  if (restored_) verify(T_local_points, x.v_world.norm() > kRest_mps, now, report);
+  grid_.insert(p_vehicle_, T_local_points);
   newest_points_ = std::max(newest_points_, from_utime(m.utime));
   if (grid_.params().motion_s > 0.0) follow_objects(m);
+}
+
+// Ground at another place would be wrong, and is not needed: there, nothing was known either.
+void TerrainDesk::verify(const Pose& T_local_points, bool moves, Stamp now, Report* report) {
+  restored_ = false;
+  const double share = grid_.agreement(p_vehicle_, T_local_points);
+  const bool used = !moves && share >= kSamePlace;
+  if (!used) clear();
+  report->publish(now, event::kWmResumed,
+                  "start {} the terrain around the vehicle, without the belief: {:.0f} % of the "
+                  "first scan agrees "
+                  "with it (at least {:.0f} % required), and the vehicle {}",
+                  used ? "with" : "without", 100.0 * share, 100.0 * kSamePlace,
+                  moves ? "moves" : "is at rest");
 }
 
 // A scan may come in parts.

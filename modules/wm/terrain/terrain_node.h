@@ -34,6 +34,9 @@ class TerrainDesk {
   /// Reference instant of the newest scan in the grid.
   [[nodiscard]] Stamp newest_points() const { return newest_points_; }
   void restore_newest_points(Stamp stamp) { newest_points_ = stamp; }
+  /// The grid was restored for a vehicle that may have been moved: the first scan decides whether
+  /// it is used.
+  void verify_restored() { restored_ = true; }
 
  private:
   void take(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
@@ -42,6 +45,7 @@ class TerrainDesk {
   void publish_patch();
   void follow_objects(const points_t& m);
   void mark_motion();
+  void verify(const Pose& T_local_points, bool moves, Stamp now, Report* report);
 
   Inbox<points_t> points_;
   Outbox<map_patch_t> patches_;
@@ -54,6 +58,7 @@ class TerrainDesk {
   int rows_;  // computed so far of the patch that was begun; all: none is begun
   map_patch_t patch_{};
   Points p_vehicle_;
+  bool restored_ = false;  // and not yet compared with a scan
   std::vector<TerrainAnswer> answers_;
 };
 

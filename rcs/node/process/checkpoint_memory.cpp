@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,6 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
+
+#include "rcs/node/bus/publisher.h"
 
 namespace rcs {
 namespace {
@@ -171,8 +174,37 @@ Result<CheckpointOwner> CheckpointOwner::create() {
                            std::generic_category().message(errno))};
 }
 
+Result<CheckpointOwner> CheckpointOwner::open(const std::string& folder,
+                                              const std::string& vehicle) {
+  const std::string path =
+      fmt::format("{}/rcs-checkpoint-{}-{:016x}", folder, geteuid(), id_of(vehicle));
+  CheckpointOwner owner;
+  owner.file_ = FileHandle(
+      ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
+  struct stat status {};
+  if (!owner.file_.valid() || fstat(owner.file_.get(), &status) != 0) {
+    return Error{fmt::format("cannot open the checkpoint memory {}: {}", path,
+                             std::generic_category().message(errno))};
+  }
+  // Anyone can create a file in /dev/shm.
+  const bool own = S_ISREG(status.st_mode) && status.st_uid == geteuid() &&
+                   (status.st_mode & 0077) == 0 && status.st_nlink == 1;
+  if (!own) {
+    return Error{fmt::format("{} is not a regular file of this user alone: remove it", path)};
+  }
+  if (flock(owner.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+    return Error{fmt::format("{} belongs to another `rcs up` of the same configuration", path)};
+  }
+  return owner;
+}
+
 std::string CheckpointOwner::path() const {
   return fmt::format("/proc/{}/fd/{}", getpid(), file_.get());
+}
+
+std::string checkpoint_folder() {
+  const char* const folder = std::getenv("RUNTIME_DIRECTORY");  // NOLINT(concurrency-mt-unsafe)
+  return folder == nullptr || *folder == '\0' ? "/dev/shm" : folder;
 }
 
 }  // namespace rcs

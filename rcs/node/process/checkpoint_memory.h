@@ -1,7 +1,8 @@
 #pragma once
 // Memory in which a node keeps what its successor continues with, if the process is killed and
-// started again. `rcs up` owns it, so it outlives the node and ends with the run. A process that is
-// killed at any instruction leaves every record complete or invalid.
+// started again. `rcs up` owns it, so it outlives the node; a memory with a name outlives `rcs up`,
+// too, until the computer is switched off. A process that is killed at any instruction leaves every
+// record complete or invalid.
 
 #include <cstddef>
 #include <cstdint>
@@ -64,11 +65,20 @@ class CheckpointMemory {
 /// Memory for the nodes of one run, and the value of kCheckpointVariable.
 class CheckpointOwner {
  public:
+  /// Memory that ends with this process.
   static Result<CheckpointOwner> create();
+  /// Memory in a file of `folder`, which a later run of the same user finds again. One run has it
+  /// at a time. Errors name the file and the cause.
+  /// @param folder  in memory: kernels write files on a disk at moments of their own
+  /// @param vehicle  no two vehicles share a memory: any text that names this one
+  static Result<CheckpointOwner> open(const std::string& folder, const std::string& vehicle);
   [[nodiscard]] std::string path() const;
 
  private:
   FileHandle file_;
 };
+
+/// $RUNTIME_DIRECTORY (systemd), else /dev/shm.
+[[nodiscard]] std::string checkpoint_folder();
 
 }  // namespace rcs

@@ -143,6 +143,7 @@ class Up final : public Command {
   [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
                                             const std::vector<std::string>& nodes);
   [[nodiscard]] Outcome keep_copy(const ParamFile& params);
+  [[nodiscard]] Outcome make_checkpoint(const ParamFile& params);
   [[nodiscard]] Outcome add_processes(const ParamFile& file, const ProcessTables& tables);
   [[nodiscard]] bool is_recorder(const Watched& process) const {
     return records_ && &process == &nodes_.back();
@@ -219,11 +220,7 @@ int Up::run() {
   (*opened)->set_publisher(publisher);
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
-  Result<CheckpointOwner> checkpoint = CheckpointOwner::create();
-  if (!checkpoint) return fail(kUpName, checkpoint.error());
-  checkpoint_ = std::move(checkpoint).value();
-  (void)setenv(kCheckpointVariable, checkpoint_->path().c_str(),
-               1);  // NOLINT(concurrency-mt-unsafe)
+  if (const Outcome made = make_checkpoint(*params); !made) return fail(kUpName, made.error());
   bus_ = std::move(opened).value();
   if (const Outcome added = add_processes(*params, *tables); !added) {
     return fail(kUpName, added.error());
@@ -340,6 +337,23 @@ Outcome Up::keep_copy(const ParamFile& params) {
                                          static_cast<ssize_t>(text.size());
   if (!kept) return Error{fmt::format("cannot copy {}: {}", config_, std::strerror(errno))};
   copy_path_ = fmt::format("/proc/{}/fd/{}", getpid(), copy_.get());
+  return Done{};
+}
+
+/// The terrain around a vehicle at rest outlives this process. Without, every start knows as little
+/// as the first one.
+Outcome Up::make_checkpoint(const ParamFile& params) {
+  const Result<std::string> vehicle = stop_latch_path(params);
+  Result<CheckpointOwner> memory = vehicle ? CheckpointOwner::open(checkpoint_folder(), *vehicle)
+                                           : Result<CheckpointOwner>(vehicle.error());
+  if (!memory) {
+    print(fmt::format("{}: a later `rcs up` will not know the terrain", memory.error().message));
+    memory = CheckpointOwner::create();
+    if (!memory) return memory.error();
+  }
+  checkpoint_ = std::move(memory).value();
+  (void)setenv(kCheckpointVariable, checkpoint_->path().c_str(),
+               1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   return Done{};
 }
 
