@@ -19,7 +19,7 @@ class CheckpointKeeper {
   static constexpr Duration kOldest = from_seconds(5.0);
   /// The terrain around a vehicle that was at rest is used for longer, also by another run: what
   /// has changed in the blind zone of the LADAR meanwhile is unknown in any case.
-  static constexpr Duration kOldestTerrain = from_seconds(600.0);
+  static constexpr Duration kOldestTerrain = kCheckpointOutdated;
   /// A state whose successor ended again within this time may have ended it: its belief is not used
   /// twice, its terrain not more than kMostUnproven times.
   static constexpr Duration kProven = from_seconds(10.0);

@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -97,6 +100,30 @@ TEST_F(CheckpointFile, ALaterRunFindsTheMemoryOfItsVehicle) {
   State state(kLayout.state_bytes);
   ASSERT_TRUE((*memory)->read_state(state.data()));
   EXPECT_EQ(state, State(kLayout.state_bytes, 1));
+}
+
+TEST_F(CheckpointFile, OutdatedFilesOfVehiclesThatDoNotRunAreRemoved) {
+  namespace fs = std::filesystem;
+  const auto names = [this] {
+    std::set<std::string> all;
+    for (const auto& i : fs::directory_iterator(folder())) all.insert(i.path().string());
+    return all;
+  };
+  const auto outdate = [&] {
+    for (const std::string& name : names()) {
+      fs::last_write_time(name, fs::file_time_type::clock::now() - std::chrono::minutes(11));
+    }
+  };
+  std::ofstream(folder() + "/other") << "of another program";
+  const Result<CheckpointOwner> runs = CheckpointOwner::open(folder(), "runs");
+  ASSERT_TRUE(CheckpointOwner::open(folder(), "ended").ok());
+  ASSERT_TRUE(CheckpointOwner::open(folder(), "new").ok());
+  EXPECT_EQ(names().size(), 4U);
+  outdate();
+  ASSERT_TRUE(CheckpointOwner::open(folder(), "new").ok());
+  EXPECT_EQ(names().size(), 2U + 1U);
+  EXPECT_EQ(names().count(folder() + "/other"), 1U);
+  EXPECT_FALSE(CheckpointOwner::open(folder(), "runs").ok()) << "it still exists";
 }
 
 TEST_F(CheckpointFile, OneRunHasItAtATime) {

@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
+#include <filesystem>
 #include <system_error>
 
 #include "rcs/node/bus/publisher.h"
@@ -84,6 +86,27 @@ std::uint64_t this_program() {
   add(status.st_mtim.tv_sec);
   add(status.st_mtim.tv_nsec);
   return id;
+}
+
+FileHandle open_file(const std::string& path, int flags) {
+  return FileHandle(
+      ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | flags, 0600));
+}
+
+/// The files of vehicles that were not run again.
+void remove_outdated(const std::string& folder, const std::string& prefix) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  for (fs::directory_iterator i(folder, error); !error && i != fs::directory_iterator();
+       i.increment(error)) {
+    if (i->path().filename().string().rfind(prefix, 0) != 0) continue;
+    const FileHandle file = open_file(i->path().string(), 0);
+    struct stat status {};
+    if (!file.valid() || fstat(file.get(), &status) != 0) continue;
+    const auto age_s = static_cast<double>(std::time(nullptr) - status.st_mtim.tv_sec);
+    const bool outdated = from_seconds(age_s) > kCheckpointOutdated;
+    if (outdated && flock(file.get(), LOCK_EX | LOCK_NB) == 0) (void)unlink(i->path().c_str());
+  }
 }
 
 }  // namespace
@@ -176,27 +199,31 @@ Result<CheckpointOwner> CheckpointOwner::create() {
 
 Result<CheckpointOwner> CheckpointOwner::open(const std::string& folder,
                                               const std::string& vehicle) {
-  const std::string path =
-      fmt::format("{}/rcs-checkpoint-{}-{:016x}", folder, geteuid(), id_of(vehicle));
+  const std::string prefix = fmt::format("rcs-checkpoint-{}-", geteuid());
+  const std::string path = fmt::format("{}/{}{:016x}", folder, prefix, id_of(vehicle));
+  remove_outdated(folder, prefix);
   CheckpointOwner owner;
-  owner.file_ = FileHandle(
-      ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
+  owner.file_ = open_file(path, O_CREAT);
   struct stat status {};
-  if (!owner.file_.valid() || fstat(owner.file_.get(), &status) != 0) {
+  if (!owner.file_.valid()) {
     return Error{fmt::format("cannot open the checkpoint memory {}: {}", path,
                              std::generic_category().message(errno))};
-  }
-  // Anyone can create a file in /dev/shm.
-  const bool own = S_ISREG(status.st_mode) && status.st_uid == geteuid() &&
-                   (status.st_mode & 0077) == 0 && status.st_nlink == 1;
-  if (!own) {
-    return Error{fmt::format("{} is not a regular file of this user alone: remove it", path)};
   }
   if (flock(owner.file_.get(), LOCK_EX | LOCK_NB) != 0) {
     return Error{fmt::format("{} belongs to another `rcs up` of the same configuration", path)};
   }
+  // Anyone can create a file in /dev/shm.
+  const bool own = fstat(owner.file_.get(), &status) == 0 && S_ISREG(status.st_mode) &&
+                   status.st_uid == geteuid() && (status.st_mode & 0077) == 0 &&
+                   status.st_nlink == 1;
+  if (!own) {
+    return Error{fmt::format("{} is not a regular file of this user alone: remove it", path)};
+  }
+  owner.keep();
   return owner;
 }
+
+void CheckpointOwner::keep() const { (void)futimens(file_.get(), nullptr); }
 
 std::string CheckpointOwner::path() const {
   return fmt::format("/proc/{}/fd/{}", getpid(), file_.get());

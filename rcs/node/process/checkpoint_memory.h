@@ -13,11 +13,15 @@
 
 #include "rcs/base/file_handle.h"
 #include "rcs/base/result.h"
+#include "rcs/base/stamp.h"
 
 namespace rcs {
 
 /// `rcs up` passes the path of the memory to its nodes in this variable.
 inline constexpr char kCheckpointVariable[] = "RCS_CHECKPOINT";
+
+/// What a vehicle knew when its last process ended is of no use after this time.
+inline constexpr Duration kCheckpointOutdated = from_seconds(600.0);
 
 /// What the memory holds: one state, and rows that change one by one.
 struct CheckpointLayout {
@@ -68,11 +72,14 @@ class CheckpointOwner {
   /// Memory that ends with this process.
   static Result<CheckpointOwner> create();
   /// Memory in a file of `folder`, which a later run of the same user finds again. One run has it
-  /// at a time. Errors name the file and the cause.
+  /// at a time. Outdated files of this user's other vehicles are removed. Errors name the file and
+  /// the cause.
   /// @param folder  in memory: kernels write files on a disk at moments of their own
   /// @param vehicle  no two vehicles share a memory: any text that names this one
   static Result<CheckpointOwner> open(const std::string& folder, const std::string& vehicle);
   [[nodiscard]] std::string path() const;
+  /// At least once in kCheckpointOutdated: the memory is in use.
+  void keep() const;
 
  private:
   FileHandle file_;

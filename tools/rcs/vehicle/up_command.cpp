@@ -518,7 +518,9 @@ void Up::publish(Stamp now) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (supervisor_->failing(i)) note += (note.empty() ? "" : "; ") + failure_of(i);
   }
-  if (report_->process(now, note)) notify_service_manager("WATCHDOG=1");
+  if (!report_->process(now, note)) return;
+  notify_service_manager("WATCHDOG=1");
+  checkpoint_->keep();
 }
 
 void Up::take_output(Watched* node) {
