@@ -94,9 +94,8 @@ void TerrainDesk::verify(const Pose& T_local_points, bool moves, Stamp now, Repo
   const bool used = !moves && share >= kSamePlace;
   if (!used) clear();
   report->publish(now, event::kWmResumed,
-                  "start {} the terrain around the vehicle, without the belief: {:.0f} % of the "
-                  "first scan agrees "
-                  "with it (at least {:.0f} % required), and the vehicle {}",
+                  "start {} the terrain around the vehicle and without the belief: {:.0f} % of the "
+                  "first scan agrees with it (at least {:.0f} % required), and the vehicle {}",
                   used ? "with" : "without", 100.0 * share, 100.0 * kSamePlace,
                   moves ? "moves" : "is at rest");
 }

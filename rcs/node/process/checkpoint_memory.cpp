@@ -94,7 +94,8 @@ FileHandle open_file(const std::string& path, int flags) {
 }
 
 /// The files of vehicles that were not run again.
-void remove_outdated(const std::string& folder, const std::string& prefix) {
+/// @param now_s  clock of the file system
+void remove_outdated(const std::string& folder, const std::string& prefix, std::time_t now_s) {
   namespace fs = std::filesystem;
   std::error_code error;
   for (fs::directory_iterator i(folder, error); !error && i != fs::directory_iterator();
@@ -103,7 +104,7 @@ void remove_outdated(const std::string& folder, const std::string& prefix) {
     const FileHandle file = open_file(i->path().string(), 0);
     struct stat status {};
     if (!file.valid() || fstat(file.get(), &status) != 0) continue;
-    const auto age_s = static_cast<double>(std::time(nullptr) - status.st_mtim.tv_sec);
+    const auto age_s = static_cast<double>(now_s - status.st_mtim.tv_sec);
     const bool outdated = from_seconds(age_s) > kCheckpointOutdated;
     if (outdated && flock(file.get(), LOCK_EX | LOCK_NB) == 0) (void)unlink(i->path().c_str());
   }
@@ -201,7 +202,6 @@ Result<CheckpointOwner> CheckpointOwner::open(const std::string& folder,
                                               const std::string& vehicle) {
   const std::string prefix = fmt::format("rcs-checkpoint-{}-", geteuid());
   const std::string path = fmt::format("{}/{}{:016x}", folder, prefix, id_of(vehicle));
-  remove_outdated(folder, prefix);
   CheckpointOwner owner;
   owner.file_ = open_file(path, O_CREAT);
   struct stat status {};
@@ -220,6 +220,9 @@ Result<CheckpointOwner> CheckpointOwner::open(const std::string& folder,
     return Error{fmt::format("{} is not a regular file of this user alone: remove it", path)};
   }
   owner.keep();
+  if (fstat(owner.file_.get(), &status) == 0) {
+    remove_outdated(folder, prefix, status.st_mtim.tv_sec);
+  }
   return owner;
 }
 
