@@ -54,11 +54,11 @@ class InsContent {
       force_mps2 = std::hypot(force_mps2, of_axis_mps2);
       mean_mps2 = std::hypot(mean_mps2, mean);
     }
-    weightless_.add(force_mps2 < kLeastForce_mps2, m.utime);
-    tilted_.add(m.delta_v_mps[2] / interval_s < kLeastUpward * force_mps2, m.utime);
+    weightless_.add(force_mps2 < kMinForce_mps2, m.utime);
+    tilted_.add(m.delta_v_mps[2] / interval_s < kMinUpward * force_mps2, m.utime);
     if (mean_mps2 > kDirected_mps2) {
       const double upward = mean_force_mps2_[2] / mean_mps2;
-      if (upward < kLeastUpward) upright_s_ = 0.0;
+      if (upward < kMinUpward) upright_s_ = 0.0;
       upright_s_ = upward < kUpright && upright_s_ < kUprightFor_s ? 0.0 : upright_s_ + interval_s;
     }
     bool saturated = false;
@@ -131,12 +131,12 @@ class InsContent {
   static constexpr double kTurning_radps = 0.05;  ///< no range is smaller
   static constexpr double kForce_mps2 = 9.9;      ///< nor below gravity
   static constexpr int kWeightless = 8;
-  static constexpr double kLeastForce_mps2 = 1.0;  ///< a vehicle in the air falls only for a moment
+  static constexpr double kMinForce_mps2 = 1.0;  ///< a vehicle in the air falls only for a moment
   // More than 60 degrees from the vehicle's z axis. Exchanged axes or an inverted one move the
   // filter by five metres in the first second, before any other test can know. A small force has no
   // such direction: on rough ground a vehicle is nearly weightless for a tenth of a second.
-  static constexpr double kLeastUpward = 0.5;  ///< component along z over the whole
-  static constexpr double kUpright = 0.8;      ///< for a second, until it is accepted again
+  static constexpr double kMinUpward = 0.5;  ///< component along z over the whole
+  static constexpr double kUpright = 0.8;    ///< for a second, until it is accepted again
   static constexpr double kUprightFor_s = 1.0;
   static constexpr double kDirected_mps2 = 6.0;
   static constexpr double kMean_s = 0.1;

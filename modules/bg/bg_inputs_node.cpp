@@ -27,7 +27,7 @@ std::vector<const InboxBase*> BgInputs::inboxes() const {
 }
 
 void BgInputs::take(Stamp now, Report* report) {
-  if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = now;
+  if (supervisor_received_ == Stamp::min() || !supervisor_.empty()) supervisor_received_ = now;
   if (!supervisor_.empty()) supervisor_.pop();
   while (drives_ && !drives_->empty()) drives_->pop();
   for (; !integrities_.empty(); integrities_.pop()) {
@@ -40,7 +40,7 @@ void BgInputs::take(Stamp now, Report* report) {
 }
 
 bool BgInputs::supervisor_silent(Stamp now) const {
-  return supervised_ && now - supervisor_heard_ > kSupervisorSilence;
+  return supervised_ && now - supervisor_received_ > kSupervisorSilence;
 }
 
 bool BgInputs::second_publisher(Stamp now) const {

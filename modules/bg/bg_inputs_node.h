@@ -40,7 +40,7 @@ class BgInputs {
   Inbox<map_patch_t> map_patches_;
   Inbox<process_t> supervisor_;
   std::optional<Inbox<drive_t>> drives_;  // live only: in lockstep there is nobody else
-  Stamp supervisor_heard_ = Stamp::min();
+  Stamp supervisor_received_ = Stamp::min();
   Integrity integrity_;
 };
 

@@ -26,7 +26,7 @@ Refusal CommandArbiter::take(const WaypointOrder& order, Stamp now) {
   }
   Operator* const from = find(order.operator_id, now);
   if (from == nullptr) return Refusal::kStopped;  // no record is free only if all are engaged
-  from->heard = now;
+  from->received = now;
 
   if (order.command_id == from->last_command) {
     if (order.kind == kKindHalt && from->last_was_halt) return Refusal::kNone;
@@ -36,7 +36,7 @@ Refusal CommandArbiter::take(const WaypointOrder& order, Stamp now) {
     if (!stands) return Refusal::kStale;
     if (!same_content(order, standing_)) return Refusal::kChanged;
     standing_.valid_for = order.valid_for;
-    standing_heard_ = now;
+    standing_received_ = now;
     return Refusal::kNone;
   }
   if (order.command_id < from->last_command) return Refusal::kStale;
@@ -53,7 +53,7 @@ Refusal CommandArbiter::take(const WaypointOrder& order, Stamp now) {
   if (stopped) return Refusal::kStopped;
   if (phase_ == Phase::kGoto && who_ != order.operator_id) return Refusal::kHeld;
   standing_ = order;
-  standing_heard_ = now;
+  standing_received_ = now;
   enter(Phase::kGoto, order.operator_id, order.command_id);
   return Refusal::kNone;
 }
@@ -64,7 +64,7 @@ Refusal CommandArbiter::take(const StopOrder& order, Stamp now) {
     if (from == nullptr) {
       unnamed_engaged_ = true;
     } else {
-      from->heard = now;
+      from->received = now;
       from->engaged = true;
       // Any id engages a stop, but only a valid one updates the id that a release is compared with.
       if (is_command_id(order.command_id)) {
@@ -82,7 +82,7 @@ Refusal CommandArbiter::take(const StopOrder& order, Stamp now) {
     const bool repeated = order.command_id == from->last_stop && !from->engaged;
     return repeated ? Refusal::kNone : Refusal::kStale;
   }
-  from->heard = now;
+  from->received = now;
   from->engaged = false;
   from->last_stop = order.command_id;
   unnamed_engaged_ = false;
@@ -119,7 +119,7 @@ std::vector<std::string_view> CommandArbiter::engaged() const {
 
 std::optional<Action> CommandArbiter::decide(Stamp now, Progress progress) {
   // Before the progress: a vehicle that stops because its operator is silent has not failed.
-  if (phase_ == Phase::kGoto && now >= standing_heard_ + standing_.valid_for) {
+  if (phase_ == Phase::kGoto && now >= standing_received_ + standing_.valid_for) {
     phase_ = Phase::kSilent;
   }
   if (sent_) take_progress(progress, now);
@@ -159,7 +159,7 @@ void CommandArbiter::take_progress(Progress progress, Stamp now) {
 // Never valid for longer than the command of the operator: a silence ends it within valid_for of
 // the last sample, even if this process fails.
 std::optional<Action> CommandArbiter::keep_fresh(Stamp now) {
-  const Stamp until = std::min(now + params_.valid_for, standing_heard_ + standing_.valid_for);
+  const Stamp until = std::min(now + params_.valid_for, standing_received_ + standing_.valid_for);
   if (until - now < kShortest) return std::nullopt;
   if (sent_) {
     const Duration gain = until - sent_until_;
@@ -197,12 +197,12 @@ CommandArbiter::Operator* CommandArbiter::find(std::string_view id, Stamp now) {
     if (o.id == id) return &o;
     const bool in_command = phase_ == Phase::kGoto && o.id == who_;
     if (o.engaged || in_command) continue;
-    if (oldest == nullptr || o.heard < oldest->heard) oldest = &o;
+    if (oldest == nullptr || o.received < oldest->received) oldest = &o;
   }
   if (oldest == nullptr) return nullptr;
   *oldest = Operator{};
   oldest->id = id;
-  oldest->heard = now;
+  oldest->received = now;
   return oldest;
 }
 

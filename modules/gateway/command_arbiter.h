@@ -80,7 +80,7 @@ class CommandArbiter {
     bool last_was_halt = false;
     std::int64_t last_stop = 0;
     bool engaged = false;
-    Stamp heard = Stamp::min();
+    Stamp received = Stamp::min();
   };
 
   Operator* find(std::string_view id, Stamp now);
@@ -98,9 +98,9 @@ class CommandArbiter {
   std::string who_;
   std::int64_t which_ = 0;
   WaypointOrder standing_;
-  Stamp standing_heard_ = Stamp::min();  // newest repetition by its operator
-  bool sent_ = false;                    // an action of this phase has been sent
-  Stamp sent_at_ = Stamp::min();         // the newest of them
+  Stamp standing_received_ = Stamp::min();  // newest repetition by its operator
+  bool sent_ = false;                       // an action of this phase has been sent
+  Stamp sent_at_ = Stamp::min();            // the newest of them
   Stamp sent_until_ = Stamp::min();
   Stamp releasing_since_ = Stamp::min();
 };

@@ -114,9 +114,9 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
       "state_max_age_ms", &c.state_max_age, {100, 60000},
       "Largest age of the navigation state; VehicleState is not published from an older one.");
   gateway.get_ms(
-      "status_period_ms", &c.board.period, {100, 60000},
+      "status_period_ms", &c.node_status.period, {100, 60000},
       "Interval of a node's NodeStatus while it does not change; a change is published sooner.");
-  gateway.get_ms("node_silence_ms", &c.board.silence, {100, 60000},
+  gateway.get_ms("node_silence_ms", &c.node_status.silence, {100, 60000},
                  "Silence after which a node is published as not alive.");
   read_nodes(&gateway, &c);
   dds::read_network(&gateway, &c.dds.network, "DDS domain of the gateway.");

@@ -23,7 +23,7 @@ struct GatewayConfig {
   std::vector<std::string> nodes = {"sp", "wm", "bg"};  ///< whose status is published
   bool unsecured = false;                               ///< explicitly without keys
   DdsParams dds;
-  BoardParams board;
+  NodeStatusParams node_status;
   ArbiterParams arbiter;
   CommandPortParams port;          ///< to BG
   CommandPortParams mission_port;  ///< with arbiter.limits.tasks

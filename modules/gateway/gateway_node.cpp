@@ -21,7 +21,7 @@ constexpr char kSelf[] = "gateway";
 constexpr char kBg[] = "bg";
 constexpr char kMission[] = "mission";
 
-std::vector<std::string> board_names(const GatewayConfig& config) {
+std::vector<std::string> table_names(const GatewayConfig& config) {
   std::vector<std::string> names = config.nodes;
   names.emplace_back(kSelf);
   return names;
@@ -54,14 +54,14 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       nav_states_(bus, channel::kWmNavState, 16),
       port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, kSelf, config.port),
       report_(bus, config.info.name, kReportInterval),
-      board_(board_names(config), config.board),
+      table_(table_names(config), config.node_status),
       arbiter_(config.arbiter) {
   if (config.arbiter.limits.tasks) {
     mission_.emplace(bus, channel::kMissionCommand, channel::kBgStop, channel::kMissionStatus,
                      kSelf, config.mission_port);
   }
-  for (std::size_t i = 0; i < board_.size(); ++i) {
-    node_inboxes_.emplace_back(bus, board_.name(i));
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    node_inboxes_.emplace_back(bus, table_.name(i));
   }
   to_sample(config.vehicle, state_.vehicle);
   to_sample(config.vehicle, status_.vehicle);
@@ -88,7 +88,7 @@ void GatewayNode::run(const Cycle& cycle) {
 
   take_stops(now);  // first: a stop rejects the commands of the same cycle
   take_commands(now);
-  tell_vehicle(now);
+  report_operator(now);
   report_phase(now);
   cycle.stages->mark("command");
 
@@ -125,40 +125,40 @@ void GatewayNode::take_nodes(Stamp now) {
     nav_state_ = *m;
     nav_arrival_ = arrival;
   }
-  for (std::size_t i = 0; i < board_.size(); ++i) take_node(i, now);
+  for (std::size_t i = 0; i < table_.size(); ++i) take_node(i, now);
 }
 
 void GatewayNode::take_node(std::size_t i, Stamp now) {
-  NodeFacts& facts = board_.facts(i);
+  NodeFacts& facts = table_.facts(i);
   NodeInbox& inbox = node_inboxes_[i];
   if (const cycle_t* m = take_newest(&inbox.cycles)) {
-    board_.hear(i, now);
+    table_.receive(i, now);
     facts.degrade_level = m->degrade_level;
     facts.missed = m->missed;
     facts.overruns = m->overruns;
   }
   if (const process_t* m = take_newest(&inbox.processes)) {
-    board_.hear(i, now);
+    table_.receive(i, now);
     facts.cycles = m->cycles;
     facts.missed = m->missed;
     facts.overruns = m->overruns;
     facts.degrade_level = m->degrade_level;
     facts.reason = m->note;
   }
-  if (board_.name(i) == kSelf) return;
-  facts.state = board_.alive(i, now) ? "running" : "silent";
-  if (board_.name(i) == kBg) take_status(i, port_, &bg_heard_, now);
-  if (board_.name(i) == kMission && mission_) take_status(i, *mission_, &mission_heard_, now);
+  if (table_.name(i) == kSelf) return;
+  facts.state = table_.alive(i, now) ? "running" : "silent";
+  if (table_.name(i) == kBg) take_status(i, port_, &bg_received_, now);
+  if (table_.name(i) == kMission && mission_) take_status(i, *mission_, &mission_received_, now);
 }
 
-void GatewayNode::take_status(std::size_t i, const CommandPort& port, std::int64_t* heard,
+void GatewayNode::take_status(std::size_t i, const CommandPort& port, std::int64_t* received,
                               Stamp now) {
   const status_t* const status = port.status();
   if (status == nullptr) return;
-  if (port.inbox().account().received != *heard) board_.hear(i, now);
-  *heard = port.inbox().account().received;
-  if (!board_.alive(i, now)) return;
-  NodeFacts& facts = board_.facts(i);
+  if (port.inbox().account().received != *received) table_.receive(i, now);
+  *received = port.inbox().account().received;
+  if (!table_.alive(i, now)) return;
+  NodeFacts& facts = table_.facts(i);
   facts.state = status->state;
   facts.reason = status->reason;
   facts.degrade_level = status->degrade_level;
@@ -232,7 +232,7 @@ void GatewayNode::adopt_stops(Stamp now) {
   }
 }
 
-void GatewayNode::tell_vehicle(Stamp now) {
+void GatewayNode::report_operator(Stamp now) {
   using Phase = CommandArbiter::Phase;
   port_.step(now);
   if (mission_) mission_->step(now);
@@ -344,9 +344,9 @@ void GatewayNode::send_state(Stamp now) {
 }
 
 void GatewayNode::describe_self(Stamp now) {
-  const std::size_t self = board_.size() - 1;
-  NodeFacts& facts = board_.facts(self);
-  board_.hear(self, now);
+  const std::size_t self = table_.size() - 1;
+  NodeFacts& facts = table_.facts(self);
+  table_.receive(self, now);
   facts.state =
       fmt::format("{}; {}", config_.unsecured ? "unsecured" : "secured", text(arbiter_.phase()));
   if (!arbiter_.operator_id().empty()) {
@@ -359,9 +359,9 @@ void GatewayNode::describe_self(Stamp now) {
 }
 
 void GatewayNode::send_status(Stamp now) {
-  for (std::size_t i = 0; i < board_.size(); ++i) {
-    if (!board_.take_due(i, now)) continue;
-    to_sample(board_, i, now, &status_);
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    if (!table_.take_due(i, now)) continue;
+    to_sample(table_, i, now, &status_);
     ++status_.seq;
     (void)dds_->write(status_);
   }

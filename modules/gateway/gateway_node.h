@@ -42,12 +42,12 @@ class GatewayNode final : public Node {
   void take_nodes(Stamp now);
   void take_node(std::size_t i, Stamp now);
   /// State and reason of a node that has a superior, from its status.
-  void take_status(std::size_t i, const CommandPort& port, std::int64_t* heard, Stamp now);
+  void take_status(std::size_t i, const CommandPort& port, std::int64_t* received, Stamp now);
   void take_stops(Stamp now);
   void take_commands(Stamp now);
   void refuse(Refusal refusal, std::string_view topic, std::string_view operator_id,
               std::int64_t command_id, Stamp now);
-  void tell_vehicle(Stamp now);
+  void report_operator(Stamp now);
   void adopt_stops(Stamp now);
   /// BG lists a stop of this operator; after its first status.
   [[nodiscard]] bool is_listed_of(std::string_view operator_id) const;
@@ -64,18 +64,18 @@ class GatewayNode final : public Node {
   std::unique_ptr<DdsLink> dds_;
 
   Inbox<nav_state_t> nav_states_;
-  std::deque<NodeInbox> node_inboxes_;  // in the order of board_
+  std::deque<NodeInbox> node_inboxes_;  // in the order of table_
   CommandPort port_;                    // to BG
   std::optional<CommandPort> mission_;  // for tasks
   Report report_;
 
-  NodeBoard board_;  // the last row is the gateway itself
+  NodeStatusTable table_;  // the last row is the gateway itself
   CommandArbiter arbiter_;
   std::int64_t refused_ = 0;  // so far
   std::string last_refusal_;
-  std::string failure_;        // reason reported by BG
-  std::int64_t bg_heard_ = 0;  // messages of BG so far
-  std::int64_t mission_heard_ = 0;
+  std::string failure_;           // reason reported by BG
+  std::int64_t bg_received_ = 0;  // messages of BG so far
+  std::int64_t mission_received_ = 0;
   bool started_ = false;  // the start has been reported
   Stamp started_at_;
   OperatorStops stops_;

@@ -2,25 +2,26 @@
 
 namespace rcs::gateway {
 
-NodeBoard::NodeBoard(const std::vector<std::string>& names, const BoardParams& params)
+NodeStatusTable::NodeStatusTable(const std::vector<std::string>& names,
+                                 const NodeStatusParams& params)
     : params_(params), rows_(names.size()) {
   for (std::size_t i = 0; i < names.size(); ++i) rows_[i].name = names[i];
 }
 
-void NodeBoard::hear(std::size_t i, Stamp now) {
-  rows_[i].heard = true;
-  rows_[i].heard_at = now;
+void NodeStatusTable::receive(std::size_t i, Stamp now) {
+  rows_[i].received = true;
+  rows_[i].received_at = now;
 }
 
-Duration NodeBoard::age(std::size_t i, Stamp now) const {
-  return rows_[i].heard ? now - rows_[i].heard_at : Duration(-1);
+Duration NodeStatusTable::age(std::size_t i, Stamp now) const {
+  return rows_[i].received ? now - rows_[i].received_at : Duration(-1);
 }
 
-bool NodeBoard::alive(std::size_t i, Stamp now) const {
-  return rows_[i].heard && now - rows_[i].heard_at <= params_.silence;
+bool NodeStatusTable::alive(std::size_t i, Stamp now) const {
+  return rows_[i].received && now - rows_[i].received_at <= params_.silence;
 }
 
-bool NodeBoard::take_due(std::size_t i, Stamp now) {
+bool NodeStatusTable::take_due(std::size_t i, Stamp now) {
   Row& row = rows_[i];
   const bool is_alive = alive(i, now);
   if (row.told) {

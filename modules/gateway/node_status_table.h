@@ -20,22 +20,22 @@ struct NodeFacts {
   std::string reason;
 };
 
-struct BoardParams {
+struct NodeStatusParams {
   Duration period = from_seconds(1.0);  ///< of the status of a node that does not change
   Duration settle =
       from_milliseconds(100.0);  ///< shortest interval between two, even if the status alternates
   Duration silence = from_seconds(2.5);  ///< after a longer silence a node is not alive
 };
 
-class NodeBoard {
+class NodeStatusTable {
  public:
-  NodeBoard(const std::vector<std::string>& names, const BoardParams& params);
+  NodeStatusTable(const std::vector<std::string>& names, const NodeStatusParams& params);
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   [[nodiscard]] std::string_view name(std::size_t i) const { return rows_[i].name; }
 
   /// Node i was received; its content goes into facts(i).
-  void hear(std::size_t i, Stamp now);
+  void receive(std::size_t i, Stamp now);
   [[nodiscard]] NodeFacts& facts(std::size_t i) { return rows_[i].facts; }
   [[nodiscard]] const NodeFacts& facts(std::size_t i) const { return rows_[i].facts; }
 
@@ -51,8 +51,8 @@ class NodeBoard {
   struct Row {
     std::string name;
     NodeFacts facts;
-    bool heard = false;
-    Stamp heard_at;
+    bool received = false;
+    Stamp received_at;
     // As last published.
     bool told = false;
     Stamp told_at;
@@ -62,7 +62,7 @@ class NodeBoard {
     std::string told_reason;
   };
 
-  BoardParams params_;
+  NodeStatusParams params_;
   std::vector<Row> rows_;
 };
 

@@ -65,11 +65,11 @@ bool to_sample(const nav_state_t& m, Duration age, rcs_VehicleState* out) {
          std::isfinite(m.datum_height_m) && std::isfinite(m.distance_since_gps_m);
 }
 
-void to_sample(const NodeBoard& board, std::size_t node, Stamp now, rcs_NodeStatus* out) {
-  const NodeFacts& f = board.facts(node);
-  to_sample(board.name(node), out->node);
-  out->alive = board.alive(node, now);
-  out->age_us = board.age(node, now).count();
+void to_sample(const NodeStatusTable& table, std::size_t node, Stamp now, rcs_NodeStatus* out) {
+  const NodeFacts& f = table.facts(node);
+  to_sample(table.name(node), out->node);
+  out->alive = table.alive(node, now);
+  out->age_us = table.age(node, now).count();
   to_sample(f.state, out->state);
   to_sample(f.reason, out->reason);
   out->degrade_level = static_cast<std::uint8_t>(std::max<std::int8_t>(f.degrade_level, 0));

@@ -25,7 +25,7 @@ void to_sample(std::string_view text, char (&out)[N]) {
 [[nodiscard]] bool to_sample(const nav_state_t& m, Duration age, rcs_VehicleState* out);
 
 /// Sets all fields but `vehicle` and `seq`.
-void to_sample(const NodeBoard& board, std::size_t node, Stamp now, rcs_NodeStatus* out);
+void to_sample(const NodeStatusTable& table, std::size_t node, Stamp now, rcs_NodeStatus* out);
 
 /// @param speaks_for  partition of the writer of the sample; an operator_id that differs from it
 ///   becomes empty (not authorized)

@@ -42,12 +42,12 @@ Decision decide(const Facts& f, const DecideParams& p) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "POSE_INVALID",
                "waiting because the world model has no valid pose");
   }
-  if (!f.operator_heard && p.operator_loss == OperatorLoss::kHold) {
+  if (!f.operator_received && p.operator_loss == OperatorLoss::kHold) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "OPERATOR_LOST",
                "waiting because the task was not renewed");
   }
   const bool may_return = f.can_return && f.own_map_level <= 1.0;
-  const bool operator_returns = !f.operator_heard && p.operator_loss == OperatorLoss::kReturn;
+  const bool operator_returns = !f.operator_received && p.operator_loss == OperatorLoss::kReturn;
   if ((f.returning || operator_returns) && f.arrived) {
     return row(__LINE__, Action::kHalt, Status::kError, "RETURNED",
                "back at the start of the way; the task is not completed");

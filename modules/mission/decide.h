@@ -22,8 +22,8 @@ enum class OperatorLoss { kContinue, kHold, kReturn };
 
 struct Facts {
   TaskKind task = TaskKind::kNone;
-  std::string_view cannot;      ///< why the task cannot be executed; empty: it can
-  bool operator_heard = false;  ///< the task is still valid
+  std::string_view cannot;         ///< why the task cannot be executed; empty: it can
+  bool operator_received = false;  ///< the task is still valid
   Duration wm_age = Duration::max();
   Duration bg_age = Duration::max();
   bool emergency_stop = false;  ///< latched by BG

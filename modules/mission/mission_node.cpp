@@ -189,7 +189,7 @@ Facts MissionNode::facts(Stamp now) {
   const command_t* const command = subordinate_.command();
   if (command != nullptr) {
     f.task = kind_of(*command);
-    f.operator_heard = subordinate_.valid(now);
+    f.operator_received = subordinate_.valid(now);
     f.cannot = cannot_;
   }
   if (nav_arrival_ != Stamp::min()) f.wm_age = now - nav_arrival_;

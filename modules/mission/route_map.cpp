@@ -11,9 +11,9 @@ namespace rcs::mission {
 namespace {
 
 constexpr double kSample_m = 1.0;
-constexpr int kMostCells = 4'000'000;
+constexpr int kMaxCells = 4'000'000;
 // Of all speed zones. Those beyond are not regarded by routes; BG keeps their limits anyway.
-constexpr std::size_t kMostSlowCells = 20'000'000;
+constexpr std::size_t kMaxSlowCells = 20'000'000;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void RouteMap::size(const Area& area) {
   low_m_ = area.low_m;
   const Vec2 size = (area.high_m - area.low_m).cwiseMax(0.0);
   // A map that is too large for the cells gets larger ones.
-  while (size.x() / params_.cell_m * (size.y() / params_.cell_m) > kMostCells) {
+  while (size.x() / params_.cell_m * (size.y() / params_.cell_m) > kMaxCells) {
     params_.cell_m *= 2.0;
   }
   width_ = static_cast<int>(std::ceil(size.x() / params_.cell_m)) + 1;
@@ -113,7 +113,7 @@ void RouteMap::set_zones(const Zones& zones, double clearance_m, double speed_mp
       if (first.i > last.i || first.j > last.j) continue;
       const ZoneWindow cells = window(first, last);
       visited += static_cast<std::size_t>(cells.width) * static_cast<std::size_t>(cells.height);
-      if (visited > kMostSlowCells) break;
+      if (visited > kMaxSlowCells) break;
       const std::vector<std::uint8_t>& slow = raster_.forbidden(alone, cells, 0.0);
       for (int j = 0; j < cells.height; ++j) {
         for (int i = 0; i < cells.width; ++i) {

@@ -17,7 +17,7 @@ namespace {
 constexpr Duration kAskAgain = from_seconds(2.0);
 constexpr Duration kNoAnswer = from_seconds(30.0);
 constexpr double kAround_m = 200.0;  // of the places of a task, where there is no map
-constexpr std::size_t kMostAsked = 900;
+constexpr std::size_t kMaxAsked = 900;
 constexpr double kOutline_m = 2.5;  // of the vehicle, and what BG keeps in addition to the level
 constexpr double kInCell = 0.75;    // of its edge: more than half of its diagonal
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
@@ -187,7 +187,7 @@ void RoutePlanner::ask(const Candidate& candidate, Stamp now) {
   }
   query.serial = asked_;
   asked_at_ = now;
-  const std::size_t each = candidate.line.size() / kMostAsked + 1;
+  const std::size_t each = candidate.line.size() / kMaxAsked + 1;
   for (std::size_t k = 1; k < candidate.line.size(); ++k) {
     if (k % each != 0 && k + 1 != candidate.line.size()) continue;
     const Vec2 p = to_world(candidate.line[k]);

@@ -8,7 +8,7 @@ namespace {
 // Two passes of the same place, on a loop or where the vehicle has backed: the vehicle, which is
 // wider, has driven over all ground between them.
 constexpr double kSamePlace_m = 1.0;
-constexpr std::size_t kMostInPart = 4000;
+constexpr std::size_t kMaxInPart = 4000;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ WayPart WayBack::first_part(std::int32_t epoch) const {
   std::size_t at = crumbs_.size() - 1;
   part.rolling = epoch >= 0 && crumbs_[at].epoch == epoch;
   part.epoch = part.rolling ? epoch : -1;
-  while (part.places.size() < kMostInPart) {
+  while (part.places.size() < kMaxInPart) {
     const Breadcrumb& here = crumbs_[at];
     if (part.rolling ? here.epoch != epoch : !here.in_world) break;
     part.places.push_back(part.rolling ? here.p_rolling : here.p_world);

@@ -38,7 +38,7 @@ Observability observability(const NormalEquations& sums, double min_alignment, d
     const double by_noise = direction.dot(noise * direction);
     // Ascending: all weaker directions are unobserved with it.
     if (obs.alignment[k] < std::max(weakest, kNoise * by_noise)) obs.unobserved = k + 1;
-    obs.trust[k] = std::max(0.0, 1.0 - kNoise * by_noise / std::max(obs.alignment[k], 1e-300));
+    obs.weight[k] = std::max(0.0, 1.0 - kNoise * by_noise / std::max(obs.alignment[k], 1e-300));
   }
   return obs;
 }
@@ -70,7 +70,7 @@ Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
 }
 
 Mat6 observed_part(const Mat6& information, const Observability& obs) {
-  if (obs.unobserved == 0 && obs.trust.minCoeff() == 1.0) return information;
+  if (obs.unobserved == 0 && obs.weight.minCoeff() == 1.0) return information;
   if (obs.unobserved == 6) return Mat6::Zero();
   // Fixing the unobserved directions at the prediction would overestimate the information of the
   // others: they are marginalized out (Schur complement).
@@ -90,7 +90,7 @@ Mat6 observed_part(const Mat6& information, const Observability& obs) {
     uu.diagonal().array() += 1e-9 * local.trace() + 1e-12;
     joined.bottomRightCorner(o, o) -= uo.transpose() * uu.ldlt().solve(uo);
   }
-  joined = obs.trust.asDiagonal() * joined * obs.trust.asDiagonal();
+  joined = obs.weight.asDiagonal() * joined * obs.weight.asDiagonal();
   return B * joined * B.transpose();
 }
 

@@ -37,7 +37,7 @@ struct Observability {
   Mat6 directions = Mat6::Identity();  ///< columns, in coordinates (rho, length * phi)
   /// Factor on what the residuals say about a direction: less the slopes that the errors of the
   /// normals pretend. 1 without such errors, 0 where the direction becomes unobserved.
-  Vec6 trust = Vec6::Ones();
+  Vec6 weight = Vec6::Ones();
   double length_m = 1.0;  ///< makes rotations comparable to translations
   int unobserved = 6;     ///< number of leading columns that are unobserved
 };

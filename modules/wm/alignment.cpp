@@ -65,11 +65,11 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   b.P.diagonal().segment<2>(kAccelBias).array() += tilted * tilted;
   // Misalignment of the accelerometers and of the gyros, whose axes define the vehicle axes.
   const double crooked = std::sqrt(2.0) * params.ins.scale_and_misalignment;
-  set_variance(kAheadGain, 3, crooked, &b.P);
-  set_variance(kSideGain, 3, crooked, &b.P);
-  set_variance(kMapOffset, 3, params.drive.map_sigma_m, &b.P);
+  set_variance(kCrossAxisX, 3, crooked, &b.P);
+  set_variance(kCrossAxisY, 3, crooked, &b.P);
+  set_variance(kMapBias, 3, params.drive.map_sigma_m, &b.P);
   set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);
-  set_variance(kGpsOffset, 3, 1.0, &b.P);
+  set_variance(kGpsBias, 3, 1.0, &b.P);
   set_variance(kRate, 3, params.motion.rate_sigma, &b.P);
   set_variance(kSlip, 3, 1.0, &b.P);
   set_variance(kClimbSlip, 1, params.odometry.climb_slip, &b.P);
@@ -80,7 +80,7 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
 void begin_again(const WmParams& params, FilterState* s) {
   constexpr double kNoGate = std::numeric_limits<double>::infinity();
   const NavState& old = s->belief.x;
-  Memory& m = s->memory;
+  Bookkeeping& m = s->bookkeeping;
   Belief b = initial_belief(params, old.stamp);
   if (uses_forces(*s)) {
     const Vec3& force = m.stillness.mean_force;
@@ -96,13 +96,13 @@ void begin_again(const WmParams& params, FilterState* s) {
   m.divergences = {};
   m.gps_scale = {};
   m.heights_refused = 0;
-  m.anchored = m.gps_accused = false;
-  const Withheld before = m.withheld;
-  m.withheld = {};
-  m.withheld.ins = before.ins;
-  m.withheld.force = before.force;
-  m.fix_heard = Stamp::min();
-  m.unmatched = Pose{};
+  m.georeferenced = m.gps_suspected = false;
+  const Excluded before = m.excluded;
+  m.excluded = {};
+  m.excluded.ins = before.ins;
+  m.excluded.force = before.force;
+  m.fix_received = Stamp::min();
+  m.uncorrected = Pose{};
 }
 
 std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params) {
@@ -146,8 +146,8 @@ std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params)
   return b;
 }
 
-std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const FilterState& state,
-                                         const WmParams& params) {
+std::optional<Georeference> HeadingFinder::add(Stamp stamp, const GpsFix& fix,
+                                               const FilterState& state, const WmParams& params) {
   const NavState& x = state.belief.x;
   const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m + x.v_world * seconds(stamp - x.stamp);
   // Fixes without a baseline to the previous one would only fill the table.
@@ -161,13 +161,13 @@ std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const F
   }
   pairs_[count_++] = {stamp, p_old, fix.p_world, yaw_of(x.T_world_vehicle.q),
                       fix.sigma_m.head<2>().maxCoeff()};
-  if (std::optional<Anchor> course = by_course(stamp, fix, state, params)) return course;
-  if (std::optional<Anchor> path = by_path(params.align)) return path;
+  if (std::optional<Georeference> course = by_course(stamp, fix, state, params)) return course;
+  if (std::optional<Georeference> path = by_path(params.align)) return path;
   if (knows_velocity(state)) return std::nullopt;
   return params.odometry.constrained ? by_positions(state, params) : by_motion(state, params);
 }
 
-std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
+std::optional<Georeference> HeadingFinder::by_path(const AlignParams& params) const {
   Vec3 mean_old = Vec3::Zero();
   Vec3 mean_new = Vec3::Zero();
   for (std::size_t i = 0; i < count_; ++i) {
@@ -199,12 +199,12 @@ std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
   constexpr double kAlike = 0.1;
   const bool alike = misfit2 * static_cast<double>(count_) < kAlike * spread2;
   if (!alike || sigma_yaw > params.heading_sigma_rad) return std::nullopt;
-  return Anchor{T_new_old, sigma_yaw, 3.0 * error, pairs_[count_ - 1].stamp, {}};
+  return Georeference{T_new_old, sigma_yaw, 3.0 * error, pairs_[count_ - 1].stamp, {}};
 }
 
-std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
-                                               const FilterState& state,
-                                               const WmParams& params) const {
+std::optional<Georeference> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
+                                                     const FilterState& state,
+                                                     const WmParams& params) const {
   const NavState& x = state.belief.x;
   const double speed = fix.v_world.head<2>().norm();
   if (!fix.has_velocity || count_ == 0 || !(speed > params.align.course_speed_mps)) {
@@ -228,18 +228,18 @@ std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
     const double own_course = std::atan2(own.y(), own.x());
     const double yaw = wrap_angle(course - own_course);
     // The fix is fused next, with those of the last second: here it only chooses where to begin.
-    return Anchor{turn_and_shift(yaw, p_old, fix.p_world),
-                  kFusedNext * std::hypot(sigma_gps, sigma_own),
-                  sigma_m,
-                  stamp,
-                  {}};
+    return Georeference{turn_and_shift(yaw, p_old, fix.p_world),
+                        kFusedNext * std::hypot(sigma_gps, sigma_own),
+                        sigma_m,
+                        stamp,
+                        {}};
   }
   if (!params.odometry.constrained) return std::nullopt;  // its course is not its heading
   // No own measurement of the velocity: a car drives forward, up to its side slip.
   const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
   const double slip = std::hypot(kSideSlip, swing.head<2>().norm() / speed);
   const Pose T_new_old = turn_and_shift(yaw, p_old, fix.p_world);
-  Anchor a{T_new_old, std::hypot(sigma_gps, slip), sigma_m, stamp, Anchor::Motion{}};
+  Georeference a{T_new_old, std::hypot(sigma_gps, slip), sigma_m, stamp, Georeference::Motion{}};
   a.motion->v = fix.v_world;
   a.motion->p = T_new_old * x.T_world_vehicle.p;
   a.motion->sigma_mps = std::max(fix.sigma_v_mps.maxCoeff(), slip * speed);
@@ -248,8 +248,8 @@ std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
 
 /// The same from the chord between two fixes. While a car turns evenly, the chord has the direction
 /// of its heading in the middle of it.
-std::optional<Anchor> HeadingFinder::by_positions(const FilterState& state,
-                                                  const WmParams& params) const {
+std::optional<Georeference> HeadingFinder::by_positions(const FilterState& state,
+                                                        const WmParams& params) const {
   constexpr Duration kLongest = from_seconds(3.0);
   constexpr double kBraking_mps2 = 2.0;
   const NavState& x = state.belief.x;
@@ -271,7 +271,7 @@ std::optional<Anchor> HeadingFinder::by_positions(const FilterState& state,
     const double yaw = wrap_angle(course - (now.yaw_old - 0.5 * turned));
     const Pose T_new_old = turn_and_shift(yaw, now.p_old, now.p_new);
     const Vec3 v_world = Quat(Eigen::AngleAxisd(0.5 * turned, Vec3::UnitZ())) * chord / dt;
-    Anchor a{T_new_old, sigma_yaw, 3.0 * now.sigma_m, now.stamp, Anchor::Motion{}};
+    Georeference a{T_new_old, sigma_yaw, 3.0 * now.sigma_m, now.stamp, Georeference::Motion{}};
     a.motion->v = v_world;
     a.motion->p = T_new_old * (x.T_world_vehicle.p + x.v_world * seconds(now.stamp - x.stamp));
     a.motion->sigma_mps = std::hypot(sigma / dt, kSideSlip * length / dt, kBraking_mps2 * 0.5 * dt);
@@ -284,8 +284,8 @@ std::optional<Anchor> HeadingFinder::by_positions(const FilterState& state,
 /// p_new = R(yaw) p_old + shift + v t + a t^2 / 2, horizontally; observable when the vehicle turns
 /// or changes its speed. Linear in cos(yaw) and sin(yaw), which a good fit finds on the unit
 /// circle.
-std::optional<Anchor> HeadingFinder::by_motion(const FilterState& state,
-                                               const WmParams& params) const {
+std::optional<Georeference> HeadingFinder::by_motion(const FilterState& state,
+                                                     const WmParams& params) const {
   constexpr Duration kLongest = from_seconds(12.0);  // tilt and biases are not constant for longer
   constexpr int kUnknowns = 8;
   constexpr double kOffCircle = 0.15;
@@ -332,16 +332,16 @@ std::optional<Anchor> HeadingFinder::by_motion(const FilterState& state,
   }
   const auto sigma_of = [&](int k) { return std::sqrt(error2 * cofactors(k, k)); };
   const double yaw = std::atan2(u[1], u[0]);
-  Anchor a;
+  Georeference a;
   a.T_new_old = turn_and_shift(yaw, now.p_old, now.p_new + Vec3(u[2], u[3], 0.0));
   a.sigma_yaw_rad = sigma_yaw;
   a.sigma_m = 3.0 * std::sqrt(error2);
   a.stamp = now.stamp;
-  a.motion = Anchor::Motion{Vec3(u[4], u[5], 0.0),
-                            std::max(sigma_of(4), sigma_of(5)),
-                            {},
-                            Vec3(u[6], u[7], 0.0),
-                            std::max(sigma_of(6), sigma_of(7))};
+  a.motion = Georeference::Motion{Vec3(u[4], u[5], 0.0),
+                                  std::max(sigma_of(4), sigma_of(5)),
+                                  {},
+                                  Vec3(u[6], u[7], 0.0),
+                                  std::max(sigma_of(6), sigma_of(7))};
   return a;
 }
 
@@ -349,7 +349,7 @@ namespace {
 
 /// The errors of the path were not independent of one another: what is corrected begins again.
 /// @param dt_s  from the instant of the corrections to that of the belief
-void correct_motion(const Anchor::Motion& m, double dt_s, Belief* b) {
+void correct_motion(const Georeference::Motion& m, double dt_s, Belief* b) {
   const auto renew = [b](int index, double sigma) {
     b->P.middleRows<3>(index).setZero();
     b->P.middleCols<3>(index).setZero();
@@ -374,13 +374,13 @@ void correct_motion(const Anchor::Motion& m, double dt_s, Belief* b) {
 
 }  // namespace
 
-void anchor(const Anchor& a, FilterState* s) {
+void georeference(const Georeference& a, FilterState* s) {
   const Pose before = s->belief.x.T_world_vehicle;
   s->belief = change_world(s->belief, a.T_new_old);
   if (a.motion) correct_motion(*a.motion, seconds(s->belief.x.stamp - a.stamp), &s->belief);
   s->belief = loosen_world(s->belief, Vec3::Constant(a.sigma_m), a.sigma_yaw_rad);
-  Memory& m = s->memory;
-  m.anchored = true;
+  Bookkeeping& m = s->bookkeeping;
+  m.georeferenced = true;
   ++m.world_resets;
   const Pose step = before.inverse() * s->belief.x.T_world_vehicle;
   m.last_reset_m = step.p.norm();
@@ -388,15 +388,15 @@ void anchor(const Anchor& a, FilterState* s) {
   m.last_reset = s->belief.x.stamp;
 }
 
-std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
-                                    const AlignParams& params) {
+std::optional<Georeference> georeference_by_map(const PriorMatch& match, const NavState& x,
+                                                const AlignParams& params) {
   const Eigen::LDLT<Mat6> information(match.information);
   if (information.info() != Eigen::Success || !information.isPositive()) return std::nullopt;
   const Mat6 covariance = information.solve(Mat6::Identity());
   const Mat3 R = match.T_world_vehicle.rotation();
   const Mat3 place = R * covariance.topLeftCorner<3, 3>() * R.transpose();
   const Mat3 turn = R * covariance.bottomRightCorner<3, 3>() * R.transpose();
-  Anchor a;
+  Georeference a;
   a.sigma_m = std::sqrt(place.diagonal().maxCoeff());
   a.sigma_yaw_rad = std::sqrt(turn(2, 2));
   // Written so that NaN is rejected.
@@ -409,21 +409,21 @@ std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
   return a;
 }
 
-void anchor_on_map(const Anchor& a, const MapBias& bias, FilterState* s) {
-  anchor(a, s);
-  s->memory.map_bias = bias;
+void georeference_on_map(const Georeference& a, const MapBias& bias, FilterState* s) {
+  georeference(a, s);
+  s->bookkeeping.map_bias = bias;
   renew_map_offset(bias.sigma_m, &s->belief);
   // All that was shifted into frame world, including the rolling map, has the bias of the survey.
   const Belief shifted = loosen_world(s->belief, Vec3::Constant(bias.sigma_m), 0.0);
   const Mat<kSize, 3> shared =
       shifted.P.middleCols<3>(kPosition) - s->belief.P.middleCols<3>(kPosition);
   s->belief = shifted;
-  s->belief.P.middleCols<3>(kMapOffset) -= shared;
-  s->belief.P.middleRows<3>(kMapOffset) -= shared.transpose();
+  s->belief.P.middleCols<3>(kMapBias) -= shared;
+  s->belief.P.middleRows<3>(kMapBias) -= shared.transpose();
   // The next matches share much of their map errors with this one.
-  SourceRecord& record = s->memory.of(Source::kPriorMap);
+  SourceRecord& record = s->bookkeeping.of(Source::kPriorMap);
   record.accepted = s->belief.x.stamp;
-  record.distance_m = s->memory.distance_m;
+  record.distance_m = s->bookkeeping.distance_m;
 }
 
 }  // namespace rcs::wm

@@ -38,7 +38,7 @@ class Leveler {
 };
 
 /// Transformation of the filter's own frame to the frame of the datum.
-struct Anchor {
+struct Georeference {
   Pose T_new_old;  ///< a rotation about the vertical and a shift
   double sigma_yaw_rad = 0.0;
   double sigma_m = 0.0;
@@ -63,8 +63,8 @@ struct Anchor {
 class HeadingFinder {
  public:
   /// @param state  the filter's state at the fix, in its own frame
-  [[nodiscard]] std::optional<Anchor> add(Stamp stamp, const GpsFix& fix, const FilterState& state,
-                                          const WmParams& params);
+  [[nodiscard]] std::optional<Georeference> add(Stamp stamp, const GpsFix& fix,
+                                                const FilterState& state, const WmParams& params);
   void clear() { count_ = 0; }
 
  private:
@@ -74,29 +74,30 @@ class HeadingFinder {
     double yaw_old = 0.0;
     double sigma_m = 0.0;
   };
-  [[nodiscard]] std::optional<Anchor> by_path(const AlignParams& params) const;
-  [[nodiscard]] std::optional<Anchor> by_course(Stamp stamp, const GpsFix& fix,
-                                                const FilterState& state,
-                                                const WmParams& params) const;
-  [[nodiscard]] std::optional<Anchor> by_positions(const FilterState& state,
-                                                   const WmParams& params) const;
-  [[nodiscard]] std::optional<Anchor> by_motion(const FilterState& state,
-                                                const WmParams& params) const;
+  [[nodiscard]] std::optional<Georeference> by_path(const AlignParams& params) const;
+  [[nodiscard]] std::optional<Georeference> by_course(Stamp stamp, const GpsFix& fix,
+                                                      const FilterState& state,
+                                                      const WmParams& params) const;
+  [[nodiscard]] std::optional<Georeference> by_positions(const FilterState& state,
+                                                         const WmParams& params) const;
+  [[nodiscard]] std::optional<Georeference> by_motion(const FilterState& state,
+                                                      const WmParams& params) const;
 
   std::array<Pair, 64> pairs_{};
   std::size_t count_ = 0;
 };
 
-/// Anchor from one match to the a priori map, found by the initial localization of SP.
+/// Georeference from one match to the a priori map, found by the initial localization of SP.
 /// @param x  at the instant of the match, in the frame of the filter
 /// @return none if the match determines position or heading too poorly for a start
-[[nodiscard]] std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
-                                                  const AlignParams& params);
+[[nodiscard]] std::optional<Georeference> georeference_by_map(const PriorMatch& match,
+                                                              const NavState& x,
+                                                              const AlignParams& params);
 
-/// Applies an anchor to a state in the frame of the filter.
-void anchor(const Anchor& a, FilterState* state);
+/// Applies an georeference to a state in the frame of the filter.
+void georeference(const Georeference& a, FilterState* state);
 
 /// The same from a match to the a priori map: the belief inherits the bias of the survey there.
-void anchor_on_map(const Anchor& a, const MapBias& bias, FilterState* state);
+void georeference_on_map(const Georeference& a, const MapBias& bias, FilterState* state);
 
 }  // namespace rcs::wm

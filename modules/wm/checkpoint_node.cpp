@@ -2,12 +2,13 @@
 
 #include <type_traits>
 
+#include "lcmtypes/plausible.h"
+
 namespace rcs::wm {
 namespace {
 
 /// All rows of 512 in a second.
 constexpr std::size_t kRowsPerCycle = 10;
-constexpr double kRest_mps = 0.1;
 
 }  // namespace
 
@@ -16,46 +17,76 @@ CheckpointLayout CheckpointKeeper::layout(const TerrainGrid& grid) {
   return {sizeof(State), grid.rows(), grid.row_bytes()};
 }
 
+CheckpointKeeper::Result CheckpointKeeper::usable(Stamp now) const {
+  const auto within_age = [](Duration age, Duration oldest) {
+    return age >= Duration::zero() && age <= oldest;
+  };
+  const bool recent =
+      state_.run_id == publisher_.run_id && within_age(now - state_.written, kOldest);
+  if (recent && state_.unproven == 0) return Result::kResumed;
+  // Rows are written, and so the belief, also while nothing is received.
+  const bool at_rest = state_.at_rest && state_.boot_id == publisher_.boot_id &&
+                       within_age(now - state_.newest_points, kOldestTerrain) &&
+                       within(state_.continuation.T_local_vehicle.p, kFarthest_m);
+  if (!at_rest) return recent ? Result::kNotProven : Result::kTooOld;
+  return state_.unproven < kMaxUnproven ? Result::kTerrain : Result::kNotProven;
+}
+
 CheckpointKeeper::Result CheckpointKeeper::resume(Stamp now, Estimator* estimator,
-                                                  TerrainDesk* terrain, NodeState* node) {
+                                                  TerrainServer* terrain, NodeState* node) {
   row_.resize(terrain->grid().row_bytes());
   if (!memory_->read_state(&state_)) return Result::kNone;
   age_ = now - state_.written;
-  const bool recent = state_.run_id == run_id_ && age_ <= kOldest;
-  const bool whole = recent && state_.unproven == 0;
-  const bool terrain_only =
-      state_.at_rest && age_ <= kOldestTerrain && state_.unproven < kMostUnproven;
-  if (age_ < Duration::zero() || (!whole && !terrain_only)) {
+  const Result result = usable(now);
+  if (result != Result::kResumed && result != Result::kTerrain) {
     memory_->clear();
-    return state_.unproven > 0 ? Result::kNotProven : Result::kTooOld;
+    return result;
   }
-  resumed_ = now;
-  unproven_ = ++state_.unproven;
-  memory_->write_state(&state_);  // this process may end before it writes one of its own
+  unproven_ = state_.unproven;
+  if (result == Result::kResumed) count_use();
   const Pose& here = state_.continuation.T_local_vehicle;
   terrain->grid().begin_restore(here.p.head<2>(), state_.terrain_start);
   for (std::size_t k = 0; k < terrain->grid().rows(); ++k) {
     if (memory_->read_row(k, row_.data())) terrain->grid().restore_row(row_.data());
   }
-  if (!whole) {
-    terrain->verify_restored();
-    estimator->begin_local_at(here);
-    return Result::kTerrain;
+  if (result == Result::kTerrain) {
+    terrain->verify_restored({here, state_.newest_points + kOldestTerrain});
+    return result;
   }
   estimator->resume(state_.continuation);
   *node = state_.node;
   terrain->restore_newest_points(state_.newest_points);
-  return Result::kResumed;
+  used_ = now;
+  return result;
 }
 
-void CheckpointKeeper::save(Stamp now, const Estimator& estimator, const TerrainDesk& terrain,
+/// This process may end before it writes a state of its own.
+void CheckpointKeeper::count_use() {
+  unproven_ = ++state_.unproven;
+  memory_->write_state(&state_);
+  counted_ = true;
+}
+
+void CheckpointKeeper::before_terrain(const Estimator& estimator, const TerrainServer& terrain) {
+  if (terrain.restored() && estimator.started() && !counted_) count_use();
+}
+
+void CheckpointKeeper::save(Stamp now, const Estimator& estimator, const TerrainServer& terrain,
                             const NodeState& node) {
-  if (!estimator.started()) return;
-  if (unproven_ > 0 && now - resumed_ > kProven) unproven_ = 0;
-  const bool at_rest = estimator.state().belief.x.v_world.norm() < kRest_mps;
-  state_ = {
-      estimator.continuation(), now, run_id_, at_rest, unproven_, node, terrain.newest_points(),
-      terrain.grid().start()};
+  // The terrain that was restored is in another frame until it is verified.
+  if (terrain.restored()) used_ = now;
+  if (!estimator.started() || terrain.restored()) return;
+  if (unproven_ > 0 && now - used_ > kProven) unproven_ = 0;
+  const Belief& b = estimator.state().belief;
+  state_ = {estimator.continuation(),
+            now,
+            publisher_.run_id,
+            publisher_.boot_id,
+            at_rest(b),
+            unproven_,
+            node,
+            terrain.newest_points(),
+            terrain.grid().start()};
   memory_->write_state(&state_);
   for (std::size_t k = 0; k < kRowsPerCycle; ++k) {
     terrain.grid().save_row(next_row_, row_.data());

@@ -9,6 +9,7 @@
 
 #include "modules/wm/estimator.h"
 #include "modules/wm/terrain/terrain_node.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/process/checkpoint_memory.h"
 
 namespace rcs::wm {
@@ -17,19 +18,18 @@ class CheckpointKeeper {
  public:
   /// An older belief is not continued with: the vehicle may have been moved.
   static constexpr Duration kOldest = from_seconds(5.0);
-  /// The terrain around a vehicle that was at rest is used for longer, also by another run: what
-  /// has changed in the blind zone of the LADAR meanwhile is unknown in any case.
+  /// The terrain ahead of a vehicle that was at rest is used for longer after its last scan, also
+  /// by another run.
   static constexpr Duration kOldestTerrain = kCheckpointOutdated;
-  /// A state whose successor ended again within this time may have ended it: its belief is not used
-  /// twice, its terrain not more than kMostUnproven times.
+  /// A state whose successor ended again within this time of its use may have ended it: its belief
+  /// is not used twice, its terrain not more than kMaxUnproven times.
   static constexpr Duration kProven = from_seconds(10.0);
-  static constexpr int kMostUnproven = 3;
+  static constexpr int kMaxUnproven = 3;
 
   [[nodiscard]] static CheckpointLayout layout(const TerrainGrid& grid);
 
-  /// @param run_id  see Publisher
-  CheckpointKeeper(std::unique_ptr<CheckpointMemory> memory, std::int64_t run_id)
-      : memory_(std::move(memory)), run_id_(run_id) {}
+  CheckpointKeeper(std::unique_ptr<CheckpointMemory> memory, const Publisher& publisher)
+      : memory_(std::move(memory)), publisher_(publisher) {}
 
   /// What the node itself continues with.
   struct NodeState {
@@ -40,17 +40,20 @@ class CheckpointKeeper {
   enum class Result {
     kNone,
     kResumed,
-    kTerrain,  ///< of a vehicle at rest, where frame local will begin; the belief is not used
+    kTerrain,  ///< of a vehicle at rest, to be verified by the first scan; the belief is not used
     kTooOld,
     kNotProven
   };
   /// Before any input, in the first cycle. Sets `node` if the result is kResumed.
-  Result resume(Stamp now, Estimator* estimator, TerrainDesk* terrain, NodeState* node);
+  Result resume(Stamp now, Estimator* estimator, TerrainServer* terrain, NodeState* node);
   /// Age of the state at resume().
   [[nodiscard]] Duration age() const { return age_; }
 
+  /// Before the terrain takes a scan, once a cycle: counts the use of a restored terrain.
+  void before_terrain(const Estimator& estimator, const TerrainServer& terrain);
+
   /// Once a cycle: the state, and some rows of the terrain.
-  void save(Stamp now, const Estimator& estimator, const TerrainDesk& terrain,
+  void save(Stamp now, const Estimator& estimator, const TerrainServer& terrain,
             const NodeState& node);
 
  private:
@@ -59,6 +62,7 @@ class CheckpointKeeper {
     Continuation continuation;
     Stamp written = Stamp::min();  // node time
     std::int64_t run_id = 0;
+    std::int64_t boot_id = 0;
     bool at_rest = false;
     int unproven = 0;  // processes in a row that have used such a state, none for kProven
     NodeState node;
@@ -67,9 +71,13 @@ class CheckpointKeeper {
   };
 
   std::unique_ptr<CheckpointMemory> memory_;
-  std::int64_t run_id_;
+  [[nodiscard]] Result usable(Stamp now) const;
+  void count_use();
+
+  Publisher publisher_;
   State state_;
-  Stamp resumed_ = Stamp::min();  // node time at which this process began with a state
+  Stamp used_ = Stamp::min();  // node time at which this process used a state
+  bool counted_ = false;       // the use of a restored terrain
   int unproven_ = 0;
   Duration age_{};
   std::size_t next_row_ = 0;

@@ -34,15 +34,15 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
 
   // Gauss-Markov: the stationary variance is kept, the correlation with the past decays.
   const double keep_map = std::exp(-distance_m / drive.map_length_m);
-  x.map_offset *= keep_map;
-  scale_block(kMapOffset, 3, keep_map, &P);
-  add_variance(kMapOffset, 3, drive.map_sigma_m * drive.map_sigma_m * (1.0 - keep_map * keep_map),
+  x.map_bias *= keep_map;
+  scale_block(kMapBias, 3, keep_map, &P);
+  add_variance(kMapBias, 3, drive.map_sigma_m * drive.map_sigma_m * (1.0 - keep_map * keep_map),
                &P);
 
   const double keep_gps = std::exp(-dt / drive.gps_tau_s);
-  x.gps_offset *= keep_gps;
-  scale_block(kGpsOffset, 3, keep_gps, &P);
-  add_variance(kGpsOffset, 3, 1.0 - keep_gps * keep_gps, &P);
+  x.gps_bias *= keep_gps;
+  scale_block(kGpsBias, 3, keep_gps, &P);
+  add_variance(kGpsBias, 3, 1.0 - keep_gps * keep_gps, &P);
 
   const double keep_slip = std::exp(-dt / drive.slip_correlation_s);
   x.slip *= keep_slip;
@@ -195,7 +195,8 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   const Vec3 dtheta = imu.delta_angle - (b.x.gyro_bias + earth_vehicle) * dt;
   const double ahead = imu.delta_v.x();
   const double side = imu.delta_v.y();
-  const Vec3 dv = imu.delta_v - b.x.accel_bias * dt - b.x.ahead_gain * ahead - b.x.side_gain * side;
+  const Vec3 dv =
+      imu.delta_v - b.x.accel_bias * dt - b.x.cross_axis_x * ahead - b.x.cross_axis_y * side;
   const Mat3 half_turn = Mat3::Identity() + 0.5 * hat(dtheta);
   const Vec3 dv_world = R * (half_turn * dv);
   const Vec3 gravity(0.0, 0.0, -earth.gravity);
@@ -434,16 +435,16 @@ Belief change_world(const Belief& b, const Pose& T_new_old) {
 }
 
 void renew_map_offset(double sigma_m, Belief* b) {
-  b->x.map_offset.setZero();
-  scale_block(kMapOffset, 3, 0.0, &b->P);
-  add_variance(kMapOffset, 3, sigma_m * sigma_m, &b->P);
+  b->x.map_bias.setZero();
+  scale_block(kMapBias, 3, 0.0, &b->P);
+  add_variance(kMapBias, 3, sigma_m * sigma_m, &b->P);
 }
 
 void renew_gps_offset(const Vec3& keep, Belief* b) {
-  b->x.gps_offset = keep.cwiseProduct(b->x.gps_offset);
+  b->x.gps_bias = keep.cwiseProduct(b->x.gps_bias);
   for (int axis = 0; axis < 3; ++axis) {
-    scale_block(kGpsOffset + axis, 1, keep[axis], &b->P);
-    b->P(kGpsOffset + axis, kGpsOffset + axis) += 1.0 - keep[axis] * keep[axis];
+    scale_block(kGpsBias + axis, 1, keep[axis], &b->P);
+    b->P(kGpsBias + axis, kGpsBias + axis) += 1.0 - keep[axis] * keep[axis];
   }
 }
 

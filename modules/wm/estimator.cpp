@@ -20,14 +20,14 @@ void Estimator::forget_place(FilterState* state) const {
   b.P.block<6, 6>(kGyroBias, kGyroBias) = biases;
   b.P.block<3, 3>(kMount, kMount) = mount;
   b.x.map_epoch = -1;
-  Memory& m = state->memory;
-  m.anchored = m.withheld.gps = m.gps_accused = false;
-  m.fix_heard = Stamp::min();
-  m.unmatched = Pose{};
+  Bookkeeping& m = state->bookkeeping;
+  m.georeferenced = m.excluded.gps = m.gps_suspected = false;
+  m.fix_received = Stamp::min();
+  m.uncorrected = Pose{};
 }
 
 Estimator::Estimator(const WmParams& params, const std::optional<Geodetic>& datum)
-    : params_(params), history_(Model(params)), trust_(params.trust) {
+    : params_(params), history_(Model(params)), fault_detection_(params.fault_detection) {
   if (datum) datum_.emplace(*datum);
   waiting_.reserve(kMaxWaiting);
   innovations_.reserve(4 * static_cast<std::size_t>(params.history.capacity));
@@ -37,17 +37,13 @@ void Estimator::start(const Belief& belief, double gravity) {
   FilterState state;
   state.belief = belief;
   if (belief.x.inertial) {
-    state.memory.ins_stamp = belief.x.stamp;
-    state.memory.stillness = leveler_.stillness();
+    state.bookkeeping.ins_stamp = belief.x.stamp;
+    state.bookkeeping.stillness = leveler_.stillness();
   }
-  // Frame local is level: z is up once gravity is known.
-  state.memory.T_path_vehicle = belief.x.T_world_vehicle;
+  // The local frame starts at the vehicle, level: z is up once gravity is known.
+  state.bookkeeping.T_path_vehicle = belief.x.T_world_vehicle;
+  state.bookkeeping.T_local_vehicle = belief.x.T_world_vehicle;
   T_local_vehicle_ = belief.x.T_world_vehicle;
-  if (T_local_start_) {
-    const double turn = yaw_of(T_local_start_->q) - yaw_of(T_local_vehicle_.q);
-    T_local_vehicle_ = {exp_so3(Vec3(0.0, 0.0, turn)) * T_local_vehicle_.q, T_local_start_->p};
-  }
-  state.memory.T_local_vehicle = T_local_vehicle_;
   history_.restart(state);
   const Earth earth = datum_ ? earth_at(datum_->datum()) : Earth{gravity, Vec3::Zero()};
   history_.amend(earth, [](FilterState*) {});
@@ -155,7 +151,7 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
   GpsFix fix = geodetic.fix;
   fix.p_world = datum_->to_world(geodetic.antenna);
   const Reason reason = add(Measurement{stamp, fix}, arrival);
-  if (reason == Reason::kAccepted && started_ && !history_.head().memory.anchored &&
+  if (reason == Reason::kAccepted && started_ && !history_.head().bookkeeping.georeferenced &&
       waiting_.size() < kMaxWaiting) {
     waiting_.push_back({stamp, fix});
   }
@@ -164,7 +160,7 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
 
 Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
   // Its clock has been monitored by the rolling match of the same scan.
-  if (!started_ || history_.head().memory.anchored || !datum_) {
+  if (!started_ || history_.head().bookkeeping.georeferenced || !datum_) {
     return add(Measurement{stamp, match}, arrival);
   }
   const Duration ahead = stamp - history_.head().belief.x.stamp;
@@ -207,7 +203,7 @@ Reason Estimator::add(const Measurement& m, Stamp arrival) {
 void Estimator::move_clock(Duration step) {
   fuse();
   FilterState state = history_.head();
-  Memory& m = state.memory;
+  Bookkeeping& m = state.bookkeeping;
   const auto move = [step](Stamp* stamp) {
     if (*stamp != Stamp::min()) *stamp += step;
   };
@@ -215,7 +211,7 @@ void Estimator::move_clock(Duration step) {
   if (m.gps_scale.finer_since != Stamp::max()) m.gps_scale.finer_since += step;
   for (Stamp* stamp :
        {&state.belief.x.stamp, &m.gps_scale.renewed, &m.ins_stamp, &m.ins_lost, &m.ins_gap_end,
-        &m.odometry_heard, &m.constrained, &m.fix_heard, &m.last_reset, &newest_imu_}) {
+        &m.odometry_received, &m.constrained, &m.fix_received, &m.last_reset, &newest_imu_}) {
     move(stamp);
   }
   m.rejected_matches = {};
@@ -232,7 +228,7 @@ void Estimator::step_clock(Stamp to) {
   const Duration refused = to - first_out_of_range_;
   fuse();
   FilterState state = history_.head();
-  Memory& m = state.memory;
+  Bookkeeping& m = state.bookkeeping;
   const Duration forward = to - state.belief.x.stamp;
   const Duration passed =
       std::clamp(forward > Duration::zero() ? forward : refused, Duration::zero(), kLongest);
@@ -242,8 +238,8 @@ void Estimator::step_clock(Stamp to) {
     if (record.accepted != Stamp::min()) record.accepted += step;
   }
   if (m.last_reset != Stamp::min()) m.last_reset += step;
-  if (m.fix_heard != Stamp::min()) m.fix_heard += step;
-  m.ins_stamp = m.ins_lost = m.ins_gap_end = m.odometry_heard = m.constrained = Stamp::min();
+  if (m.fix_received != Stamp::min()) m.fix_received += step;
+  m.ins_stamp = m.ins_lost = m.ins_gap_end = m.odometry_received = m.constrained = Stamp::min();
   m.rejected_matches = {};
   Innovations none;
   if (passed > kBlind) {
@@ -269,9 +265,9 @@ void Estimator::begin_after_silence(Stamp to) {
   }
   forget_place(&state);
   state.belief.x.stamp = to;
-  Memory& m = state.memory;
+  Bookkeeping& m = state.bookkeeping;
   m.ins_stamp = m.ins_gap_end = to;
-  m.odometry_heard = m.constrained = Stamp::min();
+  m.odometry_received = m.constrained = Stamp::min();
   restart(state);
 }
 
@@ -311,21 +307,21 @@ void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
   forget(kAttitude, kSigma_rad);
   forget(kVelocity, kSigma_mps);
   forget(kRate, kSigma_radps);
-  Memory& m = state.memory;
+  Bookkeeping& m = state.bookkeeping;
   m.T_path_vehicle = m.T_path_vehicle * step;
   m.T_local_vehicle = m.T_local_vehicle * step;
-  m.unmatched = Pose{};
+  m.uncorrected = Pose{};
   m.rejected_matches = {};
   m.distance_m += step.p.norm();
   m.ins_stamp = m.ins_gap_end = stamp;
-  m.odometry_heard = m.constrained = Stamp::min();
+  m.odometry_received = m.constrained = Stamp::min();
   restart(state);
   T_local_vehicle_ = before.T_local_vehicle * step;
 }
 
 void Estimator::restart(const FilterState& state) {
   history_.restart(state);
-  trust_.clear();
+  fault_detection_.clear();
   local_stamp_ = state.belief.x.stamp;
   waiting_.clear();
   waiting_match_.reset();
@@ -337,8 +333,8 @@ void Estimator::restart(const FilterState& state) {
 void Estimator::fuse() {
   if (!started_) return;
   history_.fuse(&innovations_);
-  if (!history_.head().memory.anchored) find_place();
-  if (!history_.head().memory.anchored) find_heading();
+  if (!history_.head().bookkeeping.georeferenced) find_place();
+  if (!history_.head().bookkeeping.georeferenced) find_heading();
   finish();
   move_local();
   watch_loss();
@@ -357,9 +353,9 @@ void Estimator::watch_loss() {
 void Estimator::finish() {
   const auto judge = [this](const Measurement& m, const ImuSample* next_imu,
                             const FilterState& belief) {
-    std::optional<FilterState> change = trust_.add(history_.model(), m, next_imu, belief);
+    std::optional<FilterState> change = fault_detection_.add(history_.model(), m, next_imu, belief);
     if (std::holds_alternative<RollingMatch>(m.value)) {
-      history_.add_ladar_scale(m.stamp, trust_.ladar_scale());
+      history_.add_ladar_scale(m.stamp, fault_detection_.ladar_scale());
     }
     return change;
   };
@@ -371,13 +367,13 @@ void Estimator::move_local() {
   // Without an INS a scan is often received after a fix of its instant has advanced the belief: the
   // slewing allowed for that interval is kept for it.
   if (const Duration dt = head.belief.x.stamp - local_stamp_; dt > Duration::zero()) {
-    const Memory& then = history_.at(local_stamp_).memory;
+    const Bookkeeping& then = history_.at(local_stamp_).bookkeeping;
     T_local_vehicle_ =
-        T_local_vehicle_ * (then.T_path_vehicle.inverse() * head.memory.T_path_vehicle);
+        T_local_vehicle_ * (then.T_path_vehicle.inverse() * head.bookkeeping.T_path_vehicle);
     local_stamp_ = head.belief.x.stamp;
     slew_s_ = seconds(dt);
   }
-  const Vec6 owed = log_se3(T_local_vehicle_.inverse() * head.memory.T_local_vehicle);
+  const Vec6 owed = log_se3(T_local_vehicle_.inverse() * head.bookkeeping.T_local_vehicle);
   const double needed_s = std::max(owed.head<3>().norm() / params_.local.slew_mps,
                                    owed.tail<3>().norm() / params_.local.slew_radps);
   if (needed_s <= 0.0) return;
@@ -393,12 +389,13 @@ void Estimator::find_heading() {
   for (; used < waiting_.size(); ++used) {
     const WaitingFix& w = waiting_[used];
     if (w.stamp > history_.head().belief.x.stamp) break;
-    const std::optional<Anchor> found = heading_.add(w.stamp, w.fix, history_.at(w.stamp), params_);
+    const std::optional<Georeference> found =
+        heading_.add(w.stamp, w.fix, history_.at(w.stamp), params_);
     if (!found) continue;
     history_.amend(earth_at(datum_->datum()),
-                   [&found](FilterState* oldest) { anchor(*found, oldest); });
-    trust_.clear();
-    trust_.begin_fixes(w.stamp);
+                   [&found](FilterState* oldest) { georeference(*found, oldest); });
+    fault_detection_.clear();
+    fault_detection_.begin_fixes(w.stamp);
     history_.fuse(&innovations_);
     waiting_.clear();
     heading_.clear();
@@ -412,13 +409,14 @@ void Estimator::find_place() {
   if (!waiting_match_ || waiting_match_->stamp > history_.head().belief.x.stamp) return;
   const WaitingMatch w = *waiting_match_;
   waiting_match_.reset();
-  const std::optional<Anchor> found =
-      anchor_by_map(w.match, history_.at(w.stamp).belief.x, params_.align);
+  const std::optional<Georeference> found =
+      georeference_by_map(w.match, history_.at(w.stamp).belief.x, params_.align);
   if (!found) return;
-  const MapBias bias = believed_bias(w.match.bias, params_);
-  history_.amend(earth_at(datum_->datum()),
-                 [&found, &bias](FilterState* oldest) { anchor_on_map(*found, bias, oldest); });
-  trust_.clear();
+  const MapBias bias = modelled_bias(w.match.bias, params_);
+  history_.amend(earth_at(datum_->datum()), [&found, &bias](FilterState* oldest) {
+    georeference_on_map(*found, bias, oldest);
+  });
+  fault_detection_.clear();
   history_.fuse(&innovations_);
   waiting_.clear();
   heading_.clear();

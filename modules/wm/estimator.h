@@ -56,10 +56,6 @@ class Estimator {
   /// Before any input.
   void resume(const Continuation& from);
 
-  /// Frame local will begin with the vehicle at this place and yaw, not at its origin: those at
-  /// which another estimator ended. Before any input.
-  void begin_local_at(const Pose& T_local_vehicle) { T_local_start_ = T_local_vehicle; }
-
   /// To be called in each cycle before fuse(): resolves suspected clock steps.
   void watch_clocks(Stamp now);
 
@@ -72,13 +68,13 @@ class Estimator {
   [[nodiscard]] const FilterState& state() const { return history_.head(); }
   [[nodiscard]] Mode mode() const;
   /// The smooth pose: the motion of the belief from call to call, which late data no longer
-  /// changes, moved towards Memory::T_local_vehicle at a bounded rate. GPS and the a priori map do
-  /// not move it.
+  /// changes, moved towards Bookkeeping::T_local_vehicle at a bounded rate. GPS and the a priori
+  /// map do not move it.
   [[nodiscard]] const Pose& T_local_vehicle() const { return T_local_vehicle_; }
   /// Origin of frame world once the belief is georeferenced.
   [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
   /// Source status, delayed by the lag of the history.
-  [[nodiscard]] const Trust& trust() const { return trust_; }
+  [[nodiscard]] const FaultDetection& fault_detection() const { return fault_detection_; }
   /// Silences of all inputs, too long to predict, after which no rolling map that continued has
   /// placed the vehicle: frame local does not continue over them.
   [[nodiscard]] int local_breaks() const { return local_breaks_; }
@@ -118,7 +114,7 @@ class Estimator {
   WmParams params_;
   std::optional<LocalFrame> datum_;
   History history_;
-  Trust trust_;
+  FaultDetection fault_detection_;
   Leveler leveler_;
   HeadingFinder heading_;
   ClockWatch clocks_;
@@ -131,7 +127,6 @@ class Estimator {
   std::optional<WaitingMatch> waiting_match_;  ///< until the state of its instant is fused
   std::vector<Innovation> innovations_;
   bool started_ = false;
-  std::optional<Pose> T_local_start_;  ///< place and yaw; none: the origin
   Pose T_local_vehicle_;
   Stamp local_stamp_ = Stamp::min();
   double slew_s_ = 0.0;  ///< time for which slewing is allowed now

@@ -9,7 +9,7 @@ namespace {
 
 /// With the modelled bias of the a priori map here, and the drift of the rolling map as measured.
 DriveNoise drive_noise(const Model& model, const FilterState& s) {
-  const Memory& m = s.memory;
+  const Bookkeeping& m = s.bookkeeping;
   DriveNoise noise = model.params.drive;
   const LadarScale scale = model.ladar_scales.at(s.belief.x.stamp);
   noise.rolling_position *= scale.position;
@@ -23,12 +23,12 @@ DriveNoise drive_noise(const Model& model, const FilterState& s) {
 
 void after_prediction(const Model& model, const NavState& before, FilterState* s) {
   const NavState& x = s->belief.x;
-  Memory& m = s->memory;
+  Bookkeeping& m = s->bookkeeping;
   const double dt = seconds(x.stamp - before.stamp);
   const Pose step = before.T_world_vehicle.inverse() * x.T_world_vehicle;
   m.T_path_vehicle = m.T_path_vehicle * step;
   m.T_local_vehicle = m.T_local_vehicle * step;
-  m.unmatched = step.inverse() * m.unmatched * step;
+  m.uncorrected = step.inverse() * m.uncorrected * step;
   // Position noise of a vehicle at rest is not distance.
   if (x.v_world.norm() > model.params.stillness.speed_mps) {
     m.distance_m += step.p.norm();
@@ -39,8 +39,8 @@ void after_prediction(const Model& model, const NavState& before, FilterState* s
 /// The body rate at the moment when the INS falls silent.
 Belief lose_gyro(const Model& model, const FilterState& s) {
   const MotionNoise& noise = model.params.motion;
-  const double rocking = std::sqrt(0.5 * s.memory.stillness.variance_rate);  // two axes'
-  return without_gyro(s.belief, s.memory.lasting.yaw_rate,
+  const double rocking = std::sqrt(0.5 * s.bookkeeping.stillness.variance_rate);  // two axes'
+  return without_gyro(s.belief, s.bookkeeping.lasting.yaw_rate,
                       {rocking, rocking, std::max(noise.rate_sigma, rocking)});
 }
 
@@ -49,7 +49,7 @@ void coast(const Model& model, Stamp to, FilterState* s) {
   constexpr Duration kStep = from_milliseconds(100.0);
   if (s->belief.x.inertial && s->belief.x.stamp < to) {
     s->belief = lose_gyro(model, *s);
-    s->memory.ins_lost = s->belief.x.stamp;
+    s->bookkeeping.ins_lost = s->belief.x.stamp;
   }
   while (s->belief.x.stamp < to) {
     const NavState before = s->belief.x;
@@ -76,9 +76,9 @@ void regain_gyro(const Model& model, const ImuSample& imu, FilterState* s) {
 
 bool stands(const Model& model, const FilterState& s) {
   const StillnessParams& p = model.params.stillness;
-  const Memory& m = s.memory;
+  const Bookkeeping& m = s.bookkeeping;
   if (!model.params.odometry.zero_velocity || !m.stillness.quiet(p)) return false;
-  const Stamp odometry = m.odometry_heard;
+  const Stamp odometry = m.odometry_received;
   const bool fresh = odometry > s.belief.x.stamp - from_seconds(p.window_s);
   const double speed = fresh ? std::abs(m.odometry_mps) : s.belief.x.v_world.norm();
   return speed < p.speed_mps;
@@ -92,8 +92,8 @@ void level_if_uncertain(const Model& model, FilterState* s) {
   constexpr double kUncertain_rad = 0.05;
   constexpr double kNoGate = std::numeric_limits<double>::infinity();
   const double variance = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
-  if (variance < kUncertain_rad * kUncertain_rad || s->memory.withheld.force) return;
-  const Residual<3> z = level(s->belief.x, s->memory.stillness.mean_force, model.earth.gravity,
+  if (variance < kUncertain_rad * kUncertain_rad || s->bookkeeping.excluded.force) return;
+  const Residual<3> z = level(s->belief.x, s->bookkeeping.stillness.mean_force, model.earth.gravity,
                               model.params.align.moving_level_sigma_mps2);
   s->belief = update(s->belief, z, kNoGate).belief;
 }
@@ -105,7 +105,7 @@ void keep_local_level(FilterState* s) {
   constexpr double kTilted_rad = 0.0175;
   constexpr double kKnown_rad = 0.01;
   const NavState& x = s->belief.x;
-  Quat& q_local = s->memory.T_local_vehicle.q;
+  Quat& q_local = s->bookkeeping.T_local_vehicle.q;
   const Vec3 up = q_local * (x.T_world_vehicle.q.conjugate() * Vec3::UnitZ());
   if (up.head<2>().norm() < kTilted_rad || !uses_forces(*s)) return;
   const double variance = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
@@ -166,12 +166,12 @@ Model::Model(const WmParams& p) : params(p) {
 void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* s,
              Innovations* records) {
   if (to < s->belief.x.stamp) return;
-  if (next_imu == nullptr || s->memory.withheld.ins) {
+  if (next_imu == nullptr || s->bookkeeping.excluded.ins) {
     coast(model, to, s);
     return;
   }
   const ImuSample& imu = *next_imu;
-  Memory& m = s->memory;
+  Bookkeeping& m = s->bookkeeping;
   Stamp begin = imu.stamp - imu.interval;
   double share_of_interval = 1.0;
   Duration held{};
@@ -196,7 +196,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
     const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
     const DriveNoise drive = drive_noise(model, *s);
     const WmParams& params = model.params;
-    s->belief = m.withheld.force
+    s->belief = m.excluded.force
                     ? predict_by_rotation(s->belief, part, model.earth, params.motion, params.ins,
                                           drive, m.lasting)
                     : predict(s->belief, part, model.earth, params.ins, drive, m.lasting);
@@ -244,7 +244,7 @@ void count_reset(const ModeParams& params, const Pose& before, FilterState* s) {
   const Pose step = before.inverse() * s->belief.x.T_world_vehicle;
   const double angle = log_so3(step.q).norm();
   if (step.p.norm() <= params.reset_m && angle <= params.reset_rad) return;
-  Memory& m = s->memory;
+  Bookkeeping& m = s->bookkeeping;
   ++m.world_resets;
   m.last_reset_m = step.p.norm();
   m.last_reset_rad = angle;

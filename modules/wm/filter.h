@@ -65,7 +65,7 @@ struct SourceRecord {
 };
 
 /// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.
-struct Withheld {
+struct Excluded {
   bool ins = false;  ///< the second process model replaces it
   bool gps = false;
   bool ladar = false;
@@ -79,22 +79,22 @@ struct Withheld {
 };
 
 /// Agreement of the matches to a tile of the a priori map with the filter without them.
-struct TileTrust {
+struct TileStatus {
   std::int64_t tile_id = 0;
   bool known = false;
   double excess = 1.0;      ///< NIS per degree of freedom, low-passed by distance; 1: as stated
   double distance_m = 0.0;  ///< distance driven at its newest match
-  bool doubted = false;     ///< excluded: its matches are not fused
+  bool suspected = false;   ///< excluded: its matches are not fused
 
   static constexpr double kExcludedAbove = 3.0;    // of excess
   static constexpr double kReadmittedBelow = 1.5;  // lower, so that a tile does not flap
 };
 
-/// Unit of gps_offset, and changes of the sigma that the receiver reports.
+/// Unit of gps_bias, and changes of the sigma that the receiver reports.
 struct GpsScale {
   Vec3 unit_m = Vec3::Zero();        ///< 0: no fix yet
   Stamp finer_since = Stamp::max();  ///< fixes have reported a much smaller sigma since
-  Stamp renewed = Stamp::min();      ///< when gps_offset was renewed for that
+  Stamp renewed = Stamp::min();      ///< when gps_bias was renewed for that
 };
 
 /// Divergence detector: residual with which the constraint was rejected on one axis.
@@ -121,7 +121,7 @@ struct RejectedMatches {
 };
 
 /// Bookkeeping of the filter next to its belief.
-struct Memory {
+struct Bookkeeping {
   std::array<SourceRecord, kSources> sources;
   Stamp ins_stamp = Stamp::min();    ///< end of the newest INS interval that was integrated
   Stamp ins_lost = Stamp::min();     ///< when the INS last fell silent
@@ -131,23 +131,23 @@ struct Memory {
   Lasting lasting;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
   double odometry_mps = 0.0;          ///< newest odometry
-  Stamp odometry_heard = Stamp::min();
+  Stamp odometry_received = Stamp::min();
   Stamp constrained = Stamp::min();       ///< newest test of the non-holonomic constraint
   std::array<Divergence, 2> divergences;  ///< lateral, vertical
   double distance_m = 0.0;                ///< distance driven
   /// Variance per metre that the rolling map of SP inherits from its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   RejectedMatches rejected_matches;
-  Withheld withheld;
+  Excluded excluded;
   /// Since the position was last fixed the motion has been measured by the LADAR alone: an error of
   /// it was not seen.
   bool unconfirmed = false;
-  Stamp fix_heard = Stamp::min();  ///< newest fix, accepted or not
-  bool gps_accused = false;        ///< excluded for its content, not after a silence
+  Stamp fix_received = Stamp::min();  ///< newest fix, accepted or not
+  bool gps_suspected = false;         ///< excluded for its content, not after a silence
   GpsScale gps_scale;
-  MapBias map_bias;  ///< modelled bias of the a priori map here, see believed_bias()
-  std::array<TileTrust, 16> tiles;
-  TileTrust newest_tile;        ///< of the newest match
+  MapBias map_bias;  ///< modelled bias of the a priori map here, see modelled_bias()
+  std::array<TileStatus, 16> tiles;
+  TileStatus newest_tile;       ///< of the newest match
   int heights_refused = 0;      ///< in a row, of fixes whose horizontal position was accepted
   bool heights_jumped = false;  ///< the first of them was farther off than a drift can be
   /// The filter has been without forces since: its height may be what is wrong.
@@ -155,13 +155,13 @@ struct Memory {
   double height_off_m = 0.0;  ///< of the newest of them
   Stamp heights_since = Stamp::min();
   Stamp height_accepted = Stamp::min();
-  bool anchored = false;  ///< georeferenced: frame world is that of the datum
-  Pose T_path_vehicle;    ///< composition of the predicted body increments only
-  Pose T_local_vehicle;   ///< the same with LADAR corrections; steps at each of them
+  bool georeferenced = false;  ///< georeferenced: frame world is that of the datum
+  Pose T_path_vehicle;         ///< composition of the predicted body increments only
+  Pose T_local_vehicle;        ///< the same with LADAR corrections; steps at each of them
   /// Uncorrected increment: change of the vehicle's pose in the rolling map by other sources since
   /// the last match, vehicle axes. The next match reverts it; the local pose, which never contained
   /// it, must not contain the reversal either.
-  Pose unmatched;
+  Pose uncorrected;
   int world_resets = 0;
   double last_reset_m = 0.0;
   double last_reset_rad = 0.0;
@@ -175,31 +175,31 @@ struct Memory {
 
 struct FilterState {
   Belief belief;
-  Memory memory;
+  Bookkeeping bookkeeping;
 };
 
 /// The velocity is integrated from the forces of the INS; otherwise it is extrapolated.
 inline bool uses_forces(const FilterState& s) {
-  return s.belief.x.inertial && !s.memory.withheld.force;
+  return s.belief.x.inertial && !s.bookkeeping.excluded.force;
 }
 
 inline bool uses_wheels(const FilterState& s) {
   constexpr Duration kRecent = from_seconds(2.0);
-  const Stamp newest = s.memory.of(Source::kOdometry).accepted;
-  const bool withheld = s.memory.withheld.odometry || s.memory.withheld.wheels;
-  return !withheld && newest > s.belief.x.stamp - kRecent;
+  const Stamp newest = s.bookkeeping.of(Source::kOdometry).accepted;
+  const bool excluded = s.bookkeeping.excluded.odometry || s.bookkeeping.excluded.wheels;
+  return !excluded && newest > s.belief.x.stamp - kRecent;
 }
 
 /// For some seconds nothing but the LADAR has measured the motion.
 inline bool ladar_is_alone(const FilterState& s) {
   const Stamp recent = s.belief.x.stamp - from_seconds(2.0);
-  const bool ins = s.belief.x.inertial || s.memory.ins_stamp > recent;
-  return !ins && !uses_wheels(s) && s.memory.of(Source::kGpsPosition).accepted < recent;
+  const bool ins = s.belief.x.inertial || s.bookkeeping.ins_stamp > recent;
+  return !ins && !uses_wheels(s) && s.bookkeeping.of(Source::kGpsPosition).accepted < recent;
 }
 
 /// Without gravity [m/s^2].
 inline Vec3 accel_world(const FilterState& s) {
-  return s.belief.x.T_world_vehicle.q * s.memory.accel_vehicle;
+  return s.belief.x.T_world_vehicle.q * s.bookkeeping.accel_vehicle;
 }
 
 /// Constants of the filter.

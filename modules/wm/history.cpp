@@ -90,7 +90,7 @@ void History::fuse(std::vector<Innovation>* out) {
     Entry& e = entry(fused_);
     const FilterState& from = before(fused_);
     const ImuSample* imu = next_imu(fused_);
-    const Stamp ins = from.memory.ins_stamp;
+    const Stamp ins = from.bookkeeping.ins_stamp;
     if (imu == nullptr && ins != Stamp::min() && e.measurement.stamp > from.belief.x.stamp &&
         !ins_is_silent(ins)) {
       break;

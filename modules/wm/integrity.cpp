@@ -16,10 +16,10 @@ double square(double v) { return v * v; }
 /// Where rejected registrations place the vehicle. The tests of the sub-filters are late by the lag
 /// of the history; a wrong acceleration moves the filter by metres meanwhile.
 Vec3 apart_from_matches(const FilterState& s) {
-  const RejectedMatches& m = s.memory.rejected_matches;
+  const RejectedMatches& m = s.bookkeeping.rejected_matches;
   const bool goes_on = m.reset > s.belief.x.stamp - RejectedMatches::kResetLasts;
   const int in_a_row = goes_on ? 1 : 2;  // one alone is an outlier
-  const bool rejected = s.memory.of(Source::kRolling).refused >= in_a_row;
+  const bool rejected = s.bookkeeping.of(Source::kRolling).refused >= in_a_row;
   return m.displacement(s.belief.x.stamp, rejected);
 }
 
@@ -33,8 +33,8 @@ class Growth {
         gyro_(s.belief.x.inertial),
         forces_(uses_forces(s)) {
     const Cov& P = s.belief.P;
-    map_m2_ = square(drive_.rolling_position) + s.memory.inherited_m2;
-    map_rad2_ = square(drive_.rolling_angle) + s.memory.inherited_rad2;
+    map_m2_ = square(drive_.rolling_position) + s.bookkeeping.inherited_m2;
+    map_rad2_ = square(drive_.rolling_angle) + s.bookkeeping.inherited_rad2;
     speed_mps_ = s.belief.x.v_world.norm();
     variance_ = largest_variance(P.block<2, 2>(kPosition, kPosition));
     velocity_ = std::max(P(kVelocity, kVelocity), P(kVelocity + 1, kVelocity + 1));
@@ -71,15 +71,17 @@ class Growth {
 
 }  // namespace
 
-Integrity integrity(const FilterState& state, const Trust& trust, Duration silent_for,
-                    const WmParams& params) {
+Integrity integrity(const FilterState& state, const FaultDetection& fault_detection,
+                    Duration silent_for, const WmParams& params) {
   Integrity out;
-  const bool anchored = state.memory.anchored;
+  const bool georeferenced = state.bookkeeping.georeferenced;
   const bool pose_valid = silent_for <= params.modes.input_timeout;
-  out.validity = !pose_valid ? Validity::kNone : anchored ? Validity::kWorld : Validity::kLocal;
+  out.validity = !pose_valid     ? Validity::kNone
+                 : georeferenced ? Validity::kWorld
+                                 : Validity::kLocal;
   const IntegrityParams& limits = params.integrity;
-  const Trusted gps = trust.gps(state, params.modes);
-  const Trusted ladar = trust.ladar(state, params.modes);
+  const SourceStatus gps = fault_detection.gps(state, params.modes);
+  const SourceStatus ladar = fault_detection.ladar(state, params.modes);
   const Growth growth(state, params, fused(ladar));
   const double sigma_h = growth.sigma_m(0.0);
   const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
@@ -87,27 +89,28 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
   // from the start: the share of the minimum detectable error is capped below the alert limit.
   const double unseen_m =
-      fused(gps) ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
-  const double rival_m = std::max(excluded(gps) ? trust.rival_m() : 0.0, trust.map_rival_m());
+      fused(gps) ? std::min(fault_detection.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
+  const double alternative_m = std::max(excluded(gps) ? fault_detection.alternative_m() : 0.0,
+                                        fault_detection.map_alternative_m());
   const Vec3 refuted_m = apart_from_matches(state);
-  const UndetectedError undetected = trust.undetected(state.belief.x.stamp);
-  if (out.validity == Validity::kWorld && !state.memory.unconfirmed) {
+  const UndetectedError undetected = fault_detection.undetected(state.belief.x.stamp);
+  if (out.validity == Validity::kWorld && !state.bookkeeping.unconfirmed) {
     out.protection_horizontal_m =
         std::max({refuted_m.head<2>().norm() + kHorizontalQuantile * sigma_h,
-                  std::max(unseen_m, rival_m) + 2.0 * sigma_h, undetected.horizontal_m});
+                  std::max(unseen_m, alternative_m) + 2.0 * sigma_h, undetected.horizontal_m});
     out.protection_vertical_m =
         std::max(std::abs(refuted_m.z()) + kVerticalQuantile * sigma_v, undetected.vertical_m);
     // Filter or fixes: nobody knows which height is wrong.
-    const bool undecided =
-        fused(gps) && state.memory.heights_undecided && state.memory.heights_refused >= kSeveral;
+    const bool undecided = fused(gps) && state.bookkeeping.heights_undecided &&
+                           state.bookkeeping.heights_refused >= kSeveral;
     if (undecided) {
       out.protection_vertical_m =
-          std::max(out.protection_vertical_m, state.memory.height_off_m + 2.0 * sigma_v);
+          std::max(out.protection_vertical_m, state.bookkeeping.height_off_m + 2.0 * sigma_v);
     }
   }
 
   // Before the first datum there is no claim in frame world, and no alert about it.
-  const bool in_world = anchored || state.memory.world_resets > 0;
+  const bool in_world = georeferenced || state.bookkeeping.world_resets > 0;
   if (in_world && out.protection_horizontal_m > limits.limit_horizontal_m) {
     out.alerts |= kAlertHorizontal;
   }
@@ -115,20 +118,20 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
     out.alerts |= kAlertVertical;
   }
   if (silent_for > Duration::zero()) out.alerts |= kAlertInput;
-  const Memory& m = state.memory;
+  const Bookkeeping& m = state.bookkeeping;
   const bool refuted = m.of(Source::kGpsPosition).refused >= kSeveral ||
-                       m.heights_refused >= kSeveral || m.gps_accused ||
-                       trust.gps_test_ratio() > 1.0;
-  if (gps != Trusted::kNone && refuted) out.alerts |= kAlertGps;
+                       m.heights_refused >= kSeveral || m.gps_suspected ||
+                       fault_detection.gps_test_ratio() > 1.0;
+  if (gps != SourceStatus::kNone && refuted) out.alerts |= kAlertGps;
   const bool refused = m.of(Source::kRolling).refused >= kSeveral;
-  if (excluded(ladar) || refused || trust.ladar_test_ratio() > 1.0) {
+  if (excluded(ladar) || refused || fault_detection.ladar_test_ratio() > 1.0) {
     out.alerts |= kAlertLadar;
   }
-  if (excluded(trust.ins(state)) || trust.ins_test_ratio() > 1.0 ||
-      trust.ins_is_untested(state.belief.x.stamp)) {
+  if (excluded(fault_detection.ins(state)) || fault_detection.ins_test_ratio() > 1.0 ||
+      fault_detection.ins_is_untested(state.belief.x.stamp)) {
     out.alerts |= kAlertIns;
   }
-  if (trust.odometry_excluded(state)) out.alerts |= kAlertOdometry;
+  if (fault_detection.odometry_excluded(state)) out.alerts |= kAlertOdometry;
 
   if (out.validity != Validity::kWorld) {
     out.sigma_in_60s_m = std::numeric_limits<double>::infinity();

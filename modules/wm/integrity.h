@@ -35,10 +35,10 @@ struct Integrity {
       -1.0;  ///< until a limit is exceeded, if no fix is received; -1: not in 10 minutes
 };
 
-/// @param state  the newest; @param trust  status and tests of its sources
+/// @param state  the newest; @param fault_detection  status and tests of its sources
 /// @param silent_for  excess of the silence of all inputs over its limit; zero or less: some input
 ///   is received
-[[nodiscard]] Integrity integrity(const FilterState& state, const Trust& trust, Duration silent_for,
-                                  const WmParams& params);
+[[nodiscard]] Integrity integrity(const FilterState& state, const FaultDetection& fault_detection,
+                                  Duration silent_for, const WmParams& params);
 
 }  // namespace rcs::wm

@@ -30,7 +30,7 @@ class Fuser {
   Reason fuse_place(const GpsFix& fix);
   void follow_claim(const Vec3& sigma_m);
   void follow_map(const MapBias& said);
-  const TileTrust& watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis);
+  const TileStatus& watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis);
   [[nodiscard]] double new_share(Source source, double correlation_m) const;
   void look_at(Source source, const Residual<3>& z);
   void constrain();
@@ -47,11 +47,11 @@ class Fuser {
 };
 
 void Fuser::note(const Innovation& i) {
-  SourceRecord& record = s_.memory.of(i.source);
+  SourceRecord& record = s_.bookkeeping.of(i.source);
   if (i.reason == Reason::kAccepted) {
-    record = {stamp(), s_.memory.distance_m, 0, record.in_row + 1};
+    record = {stamp(), s_.bookkeeping.distance_m, 0, record.in_row + 1};
     const bool fixes = i.source == Source::kGpsPosition || i.source == Source::kPriorMap;
-    if (fixes) s_.memory.unconfirmed = false;
+    if (fixes) s_.bookkeeping.unconfirmed = false;
   } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
     ++record.refused;
     record.in_row = 0;
@@ -99,15 +99,15 @@ void Fuser::look_at(Source source, const Residual<3>& z) {
 /// and map together (GPS, the a priori map) do not.
 void Fuser::correct_local(Source source, const NavState& before) {
   if (before.map_epoch < 0) return;
-  Memory& m = s_.memory;
+  Bookkeeping& m = s_.bookkeeping;
   const Pose moved = T_rolling_vehicle(before).inverse() * T_rolling_vehicle(s_.belief.x);
-  m.unmatched = m.unmatched * moved;
+  m.uncorrected = m.uncorrected * moved;
   if (source != Source::kRolling) return;
-  m.T_local_vehicle = m.T_local_vehicle * m.unmatched;
-  m.unmatched = Pose{};
+  m.T_local_vehicle = m.T_local_vehicle * m.uncorrected;
+  m.uncorrected = Pose{};
 }
 
-/// With an INS the weakly observed directions of a LADAR that is distrusted are not used; without
+/// With an INS the weakly observed directions of a LADAR that is suspected are not used; without
 /// it nothing else measures them.
 RegistrationParams Fuser::match_params(const RollingMatch& z) const {
   const RegistrationParams& params = model_.params.rolling.match;
@@ -122,7 +122,7 @@ bool Fuser::clone(const RollingMatch& z) {
       registration_covariance(s_.belief.x, z.information, match_params(z), &unobserved);
   if (unobserved > 0) return false;
   s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch, covariance);
-  s_.memory.unmatched = Pose{};
+  s_.bookkeeping.uncorrected = Pose{};
   note({stamp(), Source::kRolling, Reason::kAccepted});
   return true;
 }
@@ -130,23 +130,23 @@ bool Fuser::clone(const RollingMatch& z) {
 /// Scans close together see the same points of the ground, in the scan and in the map, and share
 /// their error: what is new in a match comes with the way since the last one.
 double Fuser::new_share(Source source, double correlation_m) const {
-  const SourceRecord& last = s_.memory.of(source);
+  const SourceRecord& last = s_.bookkeeping.of(source);
   if (last.accepted == Stamp::min()) return 1.0;
-  return std::min(1.0, (s_.memory.distance_m - last.distance_m) / correlation_m);
+  return std::min(1.0, (s_.bookkeeping.distance_m - last.distance_m) / correlation_m);
 }
 
 void Fuser::operator()(const RollingMatch& as_registered) {
-  constexpr double kLeastWeight = 0.02;  // at standstill
+  constexpr double kMinWeight = 0.02;  // at standstill
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
   const RollingParams& rolling = model_.params.rolling;
   const RegistrationParams params = match_params(z);
   if (z.seeded) {
     // Also without LADAR: the new map is where the vehicle is, which measures nothing.
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
-    s_.memory.unmatched = Pose{};
-    s_.memory.rejected_matches.stamp = Stamp::min();
+    s_.bookkeeping.uncorrected = Pose{};
+    s_.bookkeeping.rejected_matches.stamp = Stamp::min();
   }
-  if (s_.memory.withheld.ladar) {
+  if (s_.bookkeeping.excluded.ladar) {
     refuse(Source::kRolling, Reason::kQuarantine);
     return;
   }
@@ -156,7 +156,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
   }
   // Rejected for long while SP tracks its map steadily: the estimated pose of that map is wrong.
   const bool refused_long =
-      s_.memory.of(Source::kRolling).refused + 1 >= rolling.refused_until_reset;
+      s_.bookkeeping.of(Source::kRolling).refused + 1 >= rolling.refused_until_reset;
   if (z.map_epoch != s_.belief.x.map_epoch) {
     // The first message of a newer epoch was lost, or SP was started before WM. An older epoch is
     // late data, unless it persists: then SP was restarted.
@@ -168,21 +168,21 @@ void Fuser::operator()(const RollingMatch& as_registered) {
       // where SP has the vehicle, as when it was seeded there.
       s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch,
                               observed_covariance(z.information, params));
-      s_.memory.unmatched = Pose{};
+      s_.bookkeeping.uncorrected = Pose{};
       note({stamp(), Source::kRolling, Reason::kAccepted});
       return;
     }
     refuse(Source::kRolling, Reason::kEpoch);
     return;
   }
-  const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
-  const double weight = std::max(kLeastWeight, new_share(Source::kRolling, rolling.correlation_m));
+  const double way_m = s_.bookkeeping.distance_m - s_.bookkeeping.of(Source::kRolling).distance_m;
+  const double weight = std::max(kMinWeight, new_share(Source::kRolling, rolling.correlation_m));
   const auto match = [&](const NavState& x) { return rolling_match(x, z, params, weight); };
   const Residual<6> r = match(s_.belief.x);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
   const Vec3 apart_m = displacement(s_.belief.x, z, params);
   if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) {
-    RejectedMatches& rejected = s_.memory.rejected_matches;
+    RejectedMatches& rejected = s_.bookkeeping.rejected_matches;
     const bool again = rejected.reset > stamp() - RejectedMatches::kResetLasts;
     rejected.add(stamp(), apart_m);
     rejected.reset_m = again ? Vec3(rejected.reset_m + apart_m) : apart_m;
@@ -191,47 +191,47 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     return;
   }
   if (fuse(Source::kRolling, match) != Reason::kAccepted) {
-    s_.memory.rejected_matches.add(stamp(), apart_m);
+    s_.bookkeeping.rejected_matches.add(stamp(), apart_m);
     return;
   }
-  s_.memory.rejected_matches.stamp = Stamp::min();
-  s_.memory.unconfirmed = s_.memory.unconfirmed || ladar_is_alone(s_);
+  s_.bookkeeping.rejected_matches.stamp = Stamp::min();
+  s_.bookkeeping.unconfirmed = s_.bookkeeping.unconfirmed || ladar_is_alone(s_);
   // The scan with its error is part of the map now, to which later scans are matched.
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, params);
-  s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
-  s_.memory.inherited_rad2 = inherited(5, 5);
+  s_.bookkeeping.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
+  s_.bookkeeping.inherited_rad2 = inherited(5, 5);
   s_.belief = move_map(s_.belief, std::clamp(way_m, 0.0, 1.0) * inherited);
 }
 
 /// Another survey has another bias.
 void Fuser::follow_map(const MapBias& said) {
-  const MapBias bias = believed_bias(said, model_.params);
-  if (bias == s_.memory.map_bias) return;
-  s_.memory.map_bias = bias;
+  const MapBias bias = modelled_bias(said, model_.params);
+  if (bias == s_.bookkeeping.map_bias) return;
+  s_.bookkeeping.map_bias = bias;
   renew_map_offset(bias.sigma_m, &s_.belief);
 }
 
 /// Weights a tile by how well its matches have agreed with the other sources. A tile that is
 /// outdated or less accurate than stated loses weight, a wrong one is excluded; agreement restores
 /// it. A match contributes in proportion to what the filter knows without it.
-const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis) {
+const TileStatus& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis) {
   constexpr double kMax = 25.0;  // limits the effect of one outlier on a tile
-  Memory& m = s_.memory;
-  const auto newer = [](const TileTrust& a, const TileTrust& b) {
+  Bookkeeping& m = s_.bookkeeping;
+  const auto newer = [](const TileStatus& a, const TileStatus& b) {
     return a.known != b.known ? b.known : a.distance_m < b.distance_m;
   };
-  const TileTrust newest = *std::max_element(m.tiles.begin(), m.tiles.end(), newer);
+  const TileStatus newest = *std::max_element(m.tiles.begin(), m.tiles.end(), newer);
   auto tile = std::find_if(m.tiles.begin(), m.tiles.end(),
-                           [&z](const TileTrust& t) { return t.known && t.tile_id == z.tile_id; });
+                           [&z](const TileStatus& t) { return t.known && t.tile_id == z.tile_id; });
   if (tile == m.tiles.end()) {
     // A survey that is wrong here is probably wrong in the adjacent tile.
-    TileTrust fresh = newest;
+    TileStatus fresh = newest;
     fresh.tile_id = z.tile_id;
     fresh.known = true;
     tile = std::min_element(m.tiles.begin(), m.tiles.end(), newer);
     *tile = fresh;
   }
-  const Mat<6, 3> J = alone.H.middleCols<3>(kMapOffset);
+  const Mat<6, 3> J = alone.H.middleCols<3>(kMapBias);
   const Mat6 by_map = alone.R + m.map_bias.sigma_m * m.map_bias.sigma_m * J * J.transpose();
   const Mat6 S = alone.R + alone.H * s_.belief.P * alone.H.transpose();
   const Eigen::LLT<Mat6> llt(S);
@@ -242,19 +242,19 @@ const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone
   const double share = std::clamp(tells * way_m / model_.params.prior.nis_window_m, 0.0, 1.0);
   if (std::isfinite(*nis)) tile->excess += share * (std::min(*nis / dof, kMax) - tile->excess);
   tile->distance_m = m.distance_m;
-  tile->doubted =
-      tile->excess > (tile->doubted ? TileTrust::kReadmittedBelow : TileTrust::kExcludedAbove);
+  tile->suspected =
+      tile->excess > (tile->suspected ? TileStatus::kReadmittedBelow : TileStatus::kExcludedAbove);
   m.newest_tile = *tile;
   return *tile;
 }
 
 void Fuser::operator()(const PriorMatch& z) {
-  const Memory& m = s_.memory;
-  if (!m.anchored) {
+  const Bookkeeping& m = s_.bookkeeping;
+  if (!m.georeferenced) {
     refuse(Source::kPriorMap, Reason::kNoDatum);
     return;
   }
-  if (m.withheld.ladar || m.withheld.prior_map) {
+  if (m.excluded.ladar || m.excluded.prior_map) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
@@ -275,8 +275,8 @@ void Fuser::operator()(const PriorMatch& z) {
   const PriorMapParams& params = model_.params.prior;
   const Residual<6> alone = prior_match(s_.belief.x, z, params, 1.0);
   double nis = 0.0;
-  const TileTrust& tile = watch_tile(z, alone, &nis);
-  if (tile.doubted) {
+  const TileStatus& tile = watch_tile(z, alone, &nis);
+  if (tile.suspected) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
@@ -287,15 +287,16 @@ void Fuser::operator()(const PriorMatch& z) {
 }
 
 void Fuser::operator()(const GpsFix& z) {
-  Memory& m = s_.memory;
-  if (!m.anchored) {
+  Bookkeeping& m = s_.bookkeeping;
+  if (!m.georeferenced) {
     refuse(Source::kGpsPosition, Reason::kNoDatum);
     return;
   }
-  const TrustParams& trust = model_.params.trust;
+  const FaultDetectionParams& fault_detection = model_.params.fault_detection;
   // After a long silence neither the fixes nor the belief are reliable.
-  if (m.fix_heard != Stamp::min() && stamp() - m.fix_heard > trust.silence) m.withheld.gps = true;
-  m.fix_heard = stamp();
+  if (m.fix_received != Stamp::min() && stamp() - m.fix_received > fault_detection.silence)
+    m.excluded.gps = true;
+  m.fix_received = stamp();
   const GpsParams& params = model_.params.gps;
   const Belief before = s_.belief;
   const GpsScale scale = m.gps_scale;
@@ -308,15 +309,15 @@ void Fuser::operator()(const GpsFix& z) {
     s_.belief = before;
     m.gps_scale = scale;
   };
-  if (m.withheld.gps) {
+  if (m.excluded.gps) {
     look_at(Source::kGpsPosition, position);
     forget_claim();
     return;
   }
   if (fuse_place(fix) == Reason::kGate) {
     forget_claim();
-    if (m.of(Source::kGpsPosition).refused >= trust.refused) {
-      m.withheld.gps = m.gps_accused = true;
+    if (m.of(Source::kGpsPosition).refused >= fault_detection.refused) {
+      m.excluded.gps = m.gps_suspected = true;
       return;
     }
   }
@@ -334,7 +335,7 @@ void Fuser::operator()(const GpsFix& z) {
 void Fuser::follow_claim(const Vec3& sigma_m) {
   constexpr double kMuch = 3.0;
   constexpr Duration kStays = from_seconds(5.0);
-  GpsScale& g = s_.memory.gps_scale;
+  GpsScale& g = s_.bookkeeping.gps_scale;
   if (g.unit_m.isZero()) g.unit_m = sigma_m;
   const double ratio = sigma_m.norm() / g.unit_m.norm();
   if (ratio < 1.0 / kMuch && g.finer_since == Stamp::max()) {
@@ -355,7 +356,7 @@ void Fuser::follow_claim(const Vec3& sigma_m) {
 
 /// The height alone may be wrong (another geoid or datum): the position is then fused without it.
 Reason Fuser::fuse_place(const GpsFix& fix) {
-  Memory& m = s_.memory;
+  Bookkeeping& m = s_.bookkeeping;
   const auto position = [&](const NavState& x) { return gps_position(x, fix, model_.params.gps); };
   const Residual<3> z = position(s_.belief.x);
   if (update(s_.belief, z, model_.gates[3]).reason != Reason::kGate) {
@@ -393,15 +394,15 @@ Reason Fuser::fuse_place(const GpsFix& fix) {
 }
 
 void Fuser::operator()(const OdometrySample& z) {
-  Memory& m = s_.memory;
-  if (m.withheld.odometry) return;
-  if (m.withheld.wheels) {
+  Bookkeeping& m = s_.bookkeeping;
+  if (m.excluded.odometry) return;
+  if (m.excluded.wheels) {
     refuse(Source::kOdometry, Reason::kQuarantine);
     constrain();
     return;
   }
   m.odometry_mps = z.speed_mps;
-  m.odometry_heard = stamp();
+  m.odometry_received = stamp();
   constexpr double kUnknown_rad = 0.03;  // as after a silence; on the road 0.001 to 0.005
   const double tilt_rad = std::sqrt(s_.belief.P.diagonal().segment<2>(kAttitude).maxCoeff());
   const double unknown_rad = tilt_rad > kUnknown_rad ? tilt_rad : 0.0;
@@ -416,9 +417,9 @@ void Fuser::operator()(const ImuSample&) { constrain(); }
 /// without odometry. It sways on its suspension, so consecutive samples are correlated.
 void Fuser::constrain() {
   constexpr Duration kEvery = from_milliseconds(500.0);
-  Memory& m = s_.memory;
+  Bookkeeping& m = s_.bookkeeping;
   const OdometryParams& params = model_.params.odometry;
-  if (!params.constrained || m.withheld.odometry) return;
+  if (!params.constrained || m.excluded.odometry) return;
   if (m.constrained > stamp() - kEvery) return;
   if (m.constrained < stamp() - 2 * kEvery) m.divergences = {};  // not tested in between
   m.constrained = stamp();
@@ -486,20 +487,20 @@ void apply(const Model& model, const Measurement& measurement, FilterState* stat
 
 Ages ages(const FilterState& s) {
   const Stamp now = s.belief.x.stamp;
-  const Memory& m = s.memory;
+  const Bookkeeping& m = s.bookkeeping;
   return {age(now, m.ins_stamp), age(now, m.of(Source::kGpsPosition).accepted),
           age(now, m.of(Source::kOdometry).accepted), age(now, m.of(Source::kRolling).accepted),
           age(now, m.of(Source::kPriorMap).accepted)};
 }
 
 double distance_since_gps_m(const FilterState& s) {
-  return s.memory.distance_m - s.memory.of(Source::kGpsPosition).distance_m;
+  return s.bookkeeping.distance_m - s.bookkeeping.of(Source::kGpsPosition).distance_m;
 }
 
 Mode mode(const FilterState& s, const WmParams& params) {
   const Ages a = ages(s);
   const bool ins = fresh(a.ins, params.history.ins_timeout);
-  const bool gps = s.memory.anchored && fresh(a.gps, params.modes.gps_timeout);
+  const bool gps = s.bookkeeping.georeferenced && fresh(a.gps, params.modes.gps_timeout);
   const bool ladar = fresh(a.rolling, params.modes.rolling_timeout);
   if (ins && gps) return ladar ? Mode::kGpsInsLadar : Mode::kGpsIns;
   if (ins) return ladar ? Mode::kInsLadar : Mode::kInsDeadReckoning;

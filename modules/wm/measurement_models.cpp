@@ -95,10 +95,10 @@ Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& pa
   const Vec3 sigma = z.sigma_m.cwiseMax(params.sigma_floor_m);
   const Vec3 scale = params.correlated * (z.slow_m.isZero() ? sigma : z.slow_m);
   Residual<3> out;
-  out.r = z.p_world - (x.T_world_vehicle * params.lever_m + scale.cwiseProduct(x.gps_offset));
+  out.r = z.p_world - (x.T_world_vehicle * params.lever_m + scale.cwiseProduct(x.gps_bias));
   out.H.block<3, 3>(0, kPosition).setIdentity();
   out.H.block<3, 3>(0, kAttitude) = -R * hat(params.lever_m);
-  out.H.block<3, 3>(0, kGpsOffset) = scale.asDiagonal();
+  out.H.block<3, 3>(0, kGpsBias) = scale.asDiagonal();
   const double white = 1.0 - params.correlated * params.correlated;
   out.R = (white * sigma.cwiseAbs2()).asDiagonal();
   out.R += params.sigma_time_s * params.sigma_time_s * x.v_world * x.v_world.transpose();
@@ -151,7 +151,7 @@ Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
                  systematic_covariance(x, params), params, weight);
 }
 
-MapBias believed_bias(const MapBias& said, const WmParams& params) {
+MapBias modelled_bias(const MapBias& said, const WmParams& params) {
   if (!(said.sigma_m > 0.0)) return {params.drive.map_sigma_m, params.drive.map_length_m};
   // Its bias may be larger than stated, but the bias changes along the path as stated.
   const double margin = params.prior.bias_margin;
@@ -161,10 +161,10 @@ MapBias believed_bias(const MapBias& said, const WmParams& params) {
 Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapParams& params,
                         double weight) {
   Pose predicted = T_world_seen(x);
-  predicted.p += x.map_offset;
+  predicted.p += x.map_bias;
   const Vec6 r = log_se3(predicted.inverse() * z.T_world_vehicle);
   Mat<6, kSize> J = seen_pose_jacobian(x);
-  J.block<3, 3>(0, kMapOffset) = J.block<3, 3>(0, kPosition);
+  J.block<3, 3>(0, kMapBias) = J.block<3, 3>(0, kPosition);
   Mat6 systematic = systematic_covariance(x, params.match);
   systematic.diagonal().head<3>().array() += params.mount_sigma_m * params.mount_sigma_m;
   return project(r, left_jacobian_inverse_se3(r) * J, z.information, systematic, params.match,

@@ -14,7 +14,7 @@ namespace rcs::wm {
 struct GpsFix {
   Vec3 p_world = Vec3::Zero();
   Vec3 sigma_m = Vec3::Ones();  ///< as reported
-  Vec3 slow_m = Vec3::Zero();   ///< unit of gps_offset if it differs from sigma_m; 0: it does not
+  Vec3 slow_m = Vec3::Zero();   ///< unit of gps_bias if it differs from sigma_m; 0: it does not
   bool has_velocity = false;
   Vec3 v_world = Vec3::Zero();  ///< of the antenna [m/s]
   Vec3 sigma_v_mps = Vec3::Ones();
@@ -67,7 +67,7 @@ struct PriorMatch {
 
 /// Modelled bias of a survey: its stated systematic error, inflated, or that of the configuration
 /// if none is stated.
-[[nodiscard]] MapBias believed_bias(const MapBias& said, const WmParams& params);
+[[nodiscard]] MapBias modelled_bias(const MapBias& said, const WmParams& params);
 
 /// Wheel speed; the yaw rate is NaN when the source has none.
 struct OdometrySample {
@@ -77,7 +77,7 @@ struct OdometrySample {
   double sigma_yaw_rate_radps = 1.0;
 };
 
-/// Position of the antenna. A part of the error is white, the rest is the state gps_offset.
+/// Position of the antenna. A part of the error is white, the rest is the state gps_bias.
 [[nodiscard]] Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params);
 
 /// The same without its height.

@@ -14,12 +14,12 @@ enum Index : int {
   kAttitude = 6,     ///< R_world_vehicle * exp(phi) [rad], vehicle axes
   kGyroBias = 9,     ///< [rad/s], vehicle axes
   kAccelBias = 12,   ///< [m/s^2], vehicle axes
-  kAheadGain = 15,   ///< accelerometer cross-axis gain x [1], vehicle axes
-  kSideGain = 18,    ///< accelerometer cross-axis gain y [1], vehicle axes
+  kCrossAxisX = 15,  ///< accelerometer cross-axis gain x [1], vehicle axes
+  kCrossAxisY = 18,  ///< accelerometer cross-axis gain y [1], vehicle axes
   kRolling = 21,     ///< T_world_rolling * exp(rho, phi) [m, rad], rolling axes
-  kMapOffset = 27,   ///< prior-map bias [m], world axes
+  kMapBias = 27,     ///< prior-map bias [m], world axes
   kWheelScale = 30,  ///< [1]
-  kGpsOffset = 31,   ///< GPS bias [standard deviations that the receiver reports], world axes
+  kGpsBias = 31,     ///< GPS bias [standard deviations that the receiver reports], world axes
   kRate = 34,        ///< of rate_vehicle [rad/s]; used only without INS
   kMount = 37,       ///< LADAR misalignment [rad], vehicle axes
   kSlip = 40,        ///< [standard deviations], vehicle axes
@@ -40,17 +40,17 @@ struct NavState {
   /// force along vehicle x, because their axes are neither orthogonal nor aligned with the gyros.
   /// On a slope of 10 deg a gain of 1.5e-3 looks like a vertical acceleration of 2.6 mm/s^2: 1 m
   /// after half a minute. The share of gravity along vehicle z is part of the bias.
-  Vec3 ahead_gain = Vec3::Zero();
+  Vec3 cross_axis_x = Vec3::Zero();
   /// Cross-axis gain y: the same for a force along vehicle y, as in a long bend.
-  Vec3 side_gain = Vec3::Zero();
-  Pose T_world_rolling;            ///< meaningful when map_epoch >= 0
-  Vec3 map_offset = Vec3::Zero();  ///< prior-map bias: a priori map minus truth [m], world axes
-  double wheel_scale = 1.0;        ///< measured over true speed
+  Vec3 cross_axis_y = Vec3::Zero();
+  Pose T_world_rolling;          ///< meaningful when map_epoch >= 0
+  Vec3 map_bias = Vec3::Zero();  ///< prior-map bias: a priori map minus truth [m], world axes
+  double wheel_scale = 1.0;      ///< measured over true speed
   /// GPS bias: time-correlated part of the GPS error, in units of the standard deviation that the
   /// receiver reports. GPS errors (orbits, troposphere, multipath, float ambiguities) last for a
   /// minute: modelled as white, a hundred fixes would make the covariance ten times too small in
   /// sigma. The unit is relative because one receiver reports fixes from 2 cm to 5 m.
-  Vec3 gps_offset = Vec3::Zero();
+  Vec3 gps_bias = Vec3::Zero();
   /// LADAR misalignment: rotation of the LADAR mount against its configuration. It lifts or shifts
   /// the measured path of a straight drive: 3.5 mm per metre for 0.2 deg.
   Vec3 mount = Vec3::Zero();
@@ -79,12 +79,12 @@ inline NavState boxplus(const NavState& x, const ErrorState& d) {
   y.v_world += d.segment<3>(kVelocity);
   y.gyro_bias += d.segment<3>(kGyroBias);
   y.accel_bias += d.segment<3>(kAccelBias);
-  y.ahead_gain += d.segment<3>(kAheadGain);
-  y.side_gain += d.segment<3>(kSideGain);
+  y.cross_axis_x += d.segment<3>(kCrossAxisX);
+  y.cross_axis_y += d.segment<3>(kCrossAxisY);
   y.T_world_rolling = x.T_world_rolling * exp_se3(d.segment<6>(kRolling));
-  y.map_offset += d.segment<3>(kMapOffset);
+  y.map_bias += d.segment<3>(kMapBias);
   y.wheel_scale += d[kWheelScale];
-  y.gps_offset += d.segment<3>(kGpsOffset);
+  y.gps_bias += d.segment<3>(kGpsBias);
   y.rate_vehicle += d.segment<3>(kRate);
   y.mount += d.segment<3>(kMount);
   y.slip += d.segment<3>(kSlip);
@@ -100,12 +100,12 @@ inline ErrorState boxminus(const NavState& y, const NavState& x) {
   d.segment<3>(kAttitude) = log_so3(x.T_world_vehicle.q.conjugate() * y.T_world_vehicle.q);
   d.segment<3>(kGyroBias) = y.gyro_bias - x.gyro_bias;
   d.segment<3>(kAccelBias) = y.accel_bias - x.accel_bias;
-  d.segment<3>(kAheadGain) = y.ahead_gain - x.ahead_gain;
-  d.segment<3>(kSideGain) = y.side_gain - x.side_gain;
+  d.segment<3>(kCrossAxisX) = y.cross_axis_x - x.cross_axis_x;
+  d.segment<3>(kCrossAxisY) = y.cross_axis_y - x.cross_axis_y;
   d.segment<6>(kRolling) = log_se3(x.T_world_rolling.inverse() * y.T_world_rolling);
-  d.segment<3>(kMapOffset) = y.map_offset - x.map_offset;
+  d.segment<3>(kMapBias) = y.map_bias - x.map_bias;
   d[kWheelScale] = y.wheel_scale - x.wheel_scale;
-  d.segment<3>(kGpsOffset) = y.gps_offset - x.gps_offset;
+  d.segment<3>(kGpsBias) = y.gps_bias - x.gps_bias;
   d.segment<3>(kRate) = y.rate_vehicle - x.rate_vehicle;
   d.segment<3>(kMount) = y.mount - x.mount;
   d.segment<3>(kSlip) = y.slip - x.slip;

@@ -16,7 +16,7 @@ struct ProcessNoise {
   double gyro_turn_on = 2.4e-5;   ///< turn-on bias [rad/s] (5 deg/h)
   double accel_turn_on = 9.8e-3;  ///< turn-on bias [m/s^2] (1 mg)
   /// Scale factor (300 ppm) and axis misalignment (0.06 deg). The cross-axis gains of the
-  /// accelerometers are estimated (NavState::ahead_gain, side_gain); the rest is noise in
+  /// accelerometers are estimated (NavState::cross_axis_x, cross_axis_y); the rest is noise in
   /// proportion to the low-passed motion (Lasting).
   double scale_and_misalignment = 1e-3;  ///< [1]
   double motion_time_s = 1.0;            ///< time constant of the low-passed motion
@@ -154,7 +154,7 @@ struct ModeParams {
 };
 
 /// Fault detection, exclusion and readmission of sources.
-struct TrustParams {
+struct FaultDetectionParams {
   Duration silence = from_seconds(10.0);      ///< a longer gap of fixes puts GPS in quarantine
   int refused = 5;                            ///< rejected fixes in a row that exclude GPS
   int agreeing = 5;                           ///< of the newest six fixes, for readmission
@@ -198,7 +198,7 @@ struct WmParams {
   HistoryParams history;
   LocalFrameParams local;
   ModeParams modes;
-  TrustParams trust;
+  FaultDetectionParams fault_detection;
   IntegrityParams integrity;
   double false_alarm = 1e-4;  ///< share of good measurements that a gate rejects
 };

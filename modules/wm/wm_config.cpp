@@ -374,7 +374,7 @@ void read_path_uncertainty(ParamTable table, PathUncertaintyParams* p) {
             "deviation. Larger: a more conservative prediction.");
 }
 
-void read_fde(ParamTable table, TrustParams* p) {
+void read_fde(ParamTable table, FaultDetectionParams* p) {
   table.get_ms(
       "silence_ms", &p->silence, {1000, 600000},
       "Gap without fixes after which GPS is quarantined when it returns and must be readmitted.");
@@ -509,7 +509,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_history(wm.table("history"), &p.history);
   read_local(wm.table("local"), &p.local);
   read_modes(wm.table("modes"), &p.modes);
-  read_fde(wm.table("fde"), &p.trust);
+  read_fde(wm.table("fde"), &p.fault_detection);
   read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
   Pose T_vehicle_ladar;

@@ -89,9 +89,9 @@ void WmNode::report_events(Stamp now) {
                     nav_mode_name(static_cast<int>(newest)));
     reported_mode_ = newest;
   }
-  if (s.memory.world_resets != reported_resets_) {
-    const double step_m = s.memory.last_reset_m;
-    const double step_deg = degrees(s.memory.last_reset_rad);
+  if (s.bookkeeping.world_resets != reported_resets_) {
+    const double step_m = s.bookkeeping.last_reset_m;
+    const double step_deg = degrees(s.bookkeeping.last_reset_rad);
     if (reported_resets_ == 0) {
       report_.publish_end(now, event::kWmWorldReset,
                           "frame world initialized: {:.2f} m and {:.2f} deg from frame local",
@@ -102,7 +102,7 @@ void WmNode::report_events(Stamp now) {
                       step_m, step_deg, config_.params.modes.reset_m,
                       degrees(config_.params.modes.reset_rad));
     }
-    reported_resets_ = s.memory.world_resets;
+    reported_resets_ = s.bookkeeping.world_resets;
   }
   if (estimator_.clock_steps() != reported_clock_steps_) {
     report_.publish(now, event::kWmClockStep,
@@ -131,7 +131,7 @@ void WmNode::report_alignment(Stamp now) {
   std::optional<Missing> missing;
   if (!estimator_.started()) {
     if (received(Input::kIns)) missing = Missing::kLevel;
-  } else if (!estimator_.state().memory.anchored) {
+  } else if (!estimator_.state().bookkeeping.georeferenced) {
     missing = received(Input::kGps) ? Missing::kHeading : Missing::kPosition;
   }
   const std::optional<Missing> report = alignment_.add(now, missing);
@@ -200,38 +200,39 @@ void WmNode::report_inputs(Stamp now) {
   reported_ins_shift_ = shift;
 }
 
-void WmNode::report_trust(Stamp now) {
-  const Trust& trust = estimator_.trust();
-  if (trust.findings() != reported_findings_) {
-    const Finding finding = trust.newest_finding();
-    const bool in_part = finding == Finding::kInsFaulty && estimator_.state().memory.withheld.force;
+void WmNode::report_source_status(Stamp now) {
+  const FaultDetection& fault_detection = estimator_.fault_detection();
+  if (fault_detection.findings() != reported_findings_) {
+    const Finding finding = fault_detection.newest_finding();
+    const bool in_part =
+        finding == Finding::kInsFaulty && estimator_.state().bookkeeping.excluded.force;
     const std::string_view part = in_part ? ", only its rotation is used" : "";
     const std::string_view text = kFindings[static_cast<std::size_t>(finding)];
     if (readmits(finding)) {
-      report_.publish_end(now, event::kWmFde, kFdeText, text, part, trust.finding_ratio(),
-                          trust.finding_moved_m());
+      report_.publish_end(now, event::kWmFde, kFdeText, text, part, fault_detection.finding_ratio(),
+                          fault_detection.finding_moved_m());
     } else {
-      report_.publish(now, event::kWmFde, kFdeText, text, part, trust.finding_ratio(),
-                      trust.finding_moved_m());
+      report_.publish(now, event::kWmFde, kFdeText, text, part, fault_detection.finding_ratio(),
+                      fault_detection.finding_moved_m());
     }
-    reported_findings_ = trust.findings();
+    reported_findings_ = fault_detection.findings();
   }
-  const TileTrust& tile = estimator_.state().memory.newest_tile;
-  if (tile.doubted != reported_map_doubted_) {
-    if (tile.doubted) {
+  const TileStatus& tile = estimator_.state().bookkeeping.newest_tile;
+  if (tile.suspected != reported_map_suspected_) {
+    if (tile.suspected) {
       report_.publish(
           now, event::kWmPriorMapExcluded,
           "tile {} of the a priori map excluded: low-passed NIS per dof {:.2f} > {:.2f}; its "
           "matches are not fused",
-          tile.tile_id, tile.excess, TileTrust::kExcludedAbove);
+          tile.tile_id, tile.excess, TileStatus::kExcludedAbove);
     } else {
       report_.publish(
           now, event::kWmPriorMapReadmitted,
           "tile {} of the a priori map readmitted: low-passed NIS per dof {:.2f} (limit {:.2f}); "
           "its matches are fused",
-          tile.tile_id, tile.excess, TileTrust::kReadmittedBelow);
+          tile.tile_id, tile.excess, TileStatus::kReadmittedBelow);
     }
-    reported_map_doubted_ = tile.doubted;
+    reported_map_suspected_ = tile.suspected;
   }
   report_alerts(now);
 }
@@ -245,7 +246,7 @@ void WmNode::report_alerts(Stamp now) {
   }
   const auto raised = [&](Alert alert) { return (integrity_.alerts & alert) != 0; };
   const FilterState& s = estimator_.state();
-  const Trust& trust = estimator_.trust();
+  const FaultDetection& fault_detection = estimator_.fault_detection();
   const ModeParams& modes = config_.params.modes;
   AlertText text;
   if (raised(kAlertHorizontal)) {
@@ -256,17 +257,20 @@ void WmNode::report_alerts(Stamp now) {
   }
   if (raised(kAlertInput)) text.add("input alert: no sensor is received");
   if (raised(kAlertIns)) {
-    text.add_source("INS", excluded(trust.ins(s)), trust.ins_test_ratio(), 0, "increments");
+    text.add_source("INS", excluded(fault_detection.ins(s)), fault_detection.ins_test_ratio(), 0,
+                    "increments");
   }
   if (raised(kAlertGps)) {
-    const int fixes = s.memory.of(Source::kGpsPosition).refused;
-    const int heights = s.memory.heights_refused;
-    text.add_source("GPS", excluded(trust.gps(s, modes)), trust.gps_test_ratio(),
-                    std::max(fixes, heights), fixes < heights ? "heights of fixes" : "fixes");
+    const int fixes = s.bookkeeping.of(Source::kGpsPosition).refused;
+    const int heights = s.bookkeeping.heights_refused;
+    text.add_source("GPS", excluded(fault_detection.gps(s, modes)),
+                    fault_detection.gps_test_ratio(), std::max(fixes, heights),
+                    fixes < heights ? "heights of fixes" : "fixes");
   }
   if (raised(kAlertLadar)) {
-    text.add_source("LADAR", excluded(trust.ladar(s, modes)), trust.ladar_test_ratio(),
-                    s.memory.of(Source::kRolling).refused, "matches");
+    text.add_source("LADAR", excluded(fault_detection.ladar(s, modes)),
+                    fault_detection.ladar_test_ratio(), s.bookkeeping.of(Source::kRolling).refused,
+                    "matches");
   }
   if (raised(kAlertOdometry)) text.add("odometry alert: excluded, not fused");
   report_.publish(now, event::kWmAlert, "{}", text.text());

@@ -43,12 +43,12 @@ static_assert(same_value(Reason::kAccepted, innovation_t::REASON_ACCEPTED) &&
               same_value(Reason::kEpoch, innovation_t::REASON_EPOCH) &&
               same_value(Reason::kUnobserved, innovation_t::REASON_UNOBSERVED) &&
               same_value(Reason::kQuarantine, innovation_t::REASON_QUARANTINE));
-static_assert(same_value(Trusted::kNone, integrity_t::STATUS_NONE) &&
-              same_value(Trusted::kFully, integrity_t::STATUS_ACCEPTED) &&
-              same_value(Trusted::kQuarantine, integrity_t::STATUS_QUARANTINE) &&
-              same_value(Trusted::kProbation, integrity_t::STATUS_PROBATION) &&
-              same_value(Trusted::kSuspect, integrity_t::STATUS_SUSPECT) &&
-              same_value(Trusted::kReadmitting, integrity_t::STATUS_READMITTING));
+static_assert(same_value(SourceStatus::kNone, integrity_t::STATUS_NONE) &&
+              same_value(SourceStatus::kFully, integrity_t::STATUS_ACCEPTED) &&
+              same_value(SourceStatus::kQuarantine, integrity_t::STATUS_QUARANTINE) &&
+              same_value(SourceStatus::kProbation, integrity_t::STATUS_PROBATION) &&
+              same_value(SourceStatus::kSuspect, integrity_t::STATUS_SUSPECT) &&
+              same_value(SourceStatus::kReadmitting, integrity_t::STATUS_READMITTING));
 static_assert(same_value(Validity::kNone, integrity_t::VALID_NONE) &&
               same_value(Validity::kLocal, integrity_t::VALID_LOCAL) &&
               same_value(Validity::kWorld, integrity_t::VALID_WORLD));
@@ -130,16 +130,16 @@ std::optional<Registration> admit(const registration_t& m) {
   return z;
 }
 
-void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
+void report_rejected(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
   // A reader of an event has not read innovation_t.
   const std::string_view text = reason == Reason::kInvalid
                                     ? "invalid (not finite, implausible, or far in the future)"
                                     : innovation_reason_name(static_cast<int>(reason));
-  tell_refused(inbox, text, now, report);
+  report_rejected(inbox, text, now, report);
 }
 
-void tell_refused(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report) {
+void report_rejected(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report) {
   report->publish(now, event::kWmInputRejected, "{} rejected: {}; not fused, newest utime {}",
                   inbox.channel(), reason, to_utime(inbox.account().newest));
 }

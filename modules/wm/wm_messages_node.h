@@ -28,8 +28,8 @@ struct Registration {
 [[nodiscard]] std::optional<Registration> admit(const registration_t& m);
 
 /// Reports an event if the message was rejected.
-void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report);
+void report_rejected(const InboxBase& inbox, Reason reason, Stamp now, Report* report);
 /// Reports that the message was rejected.
-void tell_refused(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report);
+void report_rejected(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report);
 
 }  // namespace rcs::wm

@@ -79,15 +79,19 @@ void WmNode::resume(Stamp now) {
       return;
     case Result::kResumed:
       reported_epoch_ = estimator_.state().belief.x.map_epoch;
-      reported_resets_ = estimator_.state().memory.world_resets;
+      reported_resets_ = estimator_.state().bookkeeping.world_resets;
       report_.publish(now, event::kWmResumed,
                       "belief, frame local and terrain continued from {:.2f} s before", age_s);
       return;
     case Result::kTerrain:
       return;  // reported when a scan has verified it
     case Result::kTooOld:
-      report_.publish(now, event::kWmResumed,
-                      "start without the last belief, which is {:.1f} s old", age_s);
+      report_.publish(
+          now, event::kWmResumed,
+          "start without belief and terrain of {:.1f} s before: a belief is used for "
+          "{:.0f} s and in the same run, terrain for {:.0f} s and if the vehicle was at "
+          "rest",
+          age_s, seconds(CheckpointKeeper::kOldest), seconds(CheckpointKeeper::kOldestTerrain));
       return;
     case Result::kNotProven:
       report_.publish(
@@ -143,9 +147,10 @@ void WmNode::run(const Cycle& cycle) {
   report_alignment(cycle.now);
   cycle.stages->mark("publish");
 
+  if (checkpoint_) checkpoint_->before_terrain(estimator_, terrain_);
   terrain_.step(estimator_, kept_.local_began, cycle.now, &report_);
   cycle.stages->mark("terrain");
-  const bool absolute = estimator_.started() && estimator_.state().memory.anchored;
+  const bool absolute = estimator_.started() && estimator_.state().bookkeeping.georeferenced;
   path_uncertainty_.step(absolute ? &estimator_.state() : nullptr,
                          estimator_.datum() ? &*estimator_.datum() : nullptr, cycle.now, &report_);
   cycle.stages->mark("path_uncertainty");
@@ -190,19 +195,19 @@ void WmNode::take(const ins_t& m, Stamp now) {
   const Reason reason = sample ? estimator_.add(*sample, arrival) : Reason::kInvalid;
   if (is_alive(reason)) inputs_.add(Input::kIns, sample->stamp, arrival);
   if (fault == InsFault::kNone || !plausible(m)) {
-    tell_refused(ins_, reason, now, &report_);
+    report_rejected(ins_, reason, now, &report_);
   } else {
-    tell_refused(ins_, name_of(fault), now, &report_);
+    report_rejected(ins_, name_of(fault), now, &report_);
   }
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
   constexpr Duration kFresh = from_seconds(1.0);
-  const bool rolls = wheels_heard_ > fixes_.front_arrival() - kFresh;
+  const bool rolls = wheels_received_ > fixes_.front_arrival() - kFresh;
   const bool repeats = !gps_content_.add(m, rolls ? wheels_mps_ : 0.0);
   const std::optional<GeodeticFix> fix = admit(m);
   if (fix && repeats) {
-    tell_refused(fixes_, "the same position while moving (frozen receiver)", now, &report_);
+    report_rejected(fixes_, "the same position while moving (frozen receiver)", now, &report_);
     return;
   }
   const Stamp stamp = from_utime(m.utime);
@@ -210,29 +215,29 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
   const Reason reason = fix ? estimator_.add(stamp, *fix, arrival) : Reason::kInvalid;
   if (fix) fixes_have_velocity_ = fix->fix.has_velocity;
   if (is_alive(reason)) inputs_.add(Input::kGps, stamp, arrival);
-  tell_refused(fixes_, reason, now, &report_);
+  report_rejected(fixes_, reason, now, &report_);
 }
 
 void WmNode::take(const odometry_t& m, Stamp now) {
   const bool repeats = !odometry_content_.add(m);
   const std::optional<OdometrySample> sample = admit(m);
   if (!sample) {
-    tell_refused(odometry_, Reason::kInvalid, now, &report_);
+    report_rejected(odometry_, Reason::kInvalid, now, &report_);
     return;
   }
   if (repeats) {
-    tell_refused(odometry_, "eight equal samples in a row while moving (frozen sensor)", now,
-                 &report_);
+    report_rejected(odometry_, "eight equal samples in a row while moving (frozen sensor)", now,
+                    &report_);
     return;
   }
   wheels_mps_ = m.speed_mps;
-  wheels_heard_ = odometry_.front_arrival();
+  wheels_received_ = odometry_.front_arrival();
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
   const Stamp arrival = odometry_.front_arrival();
   const Reason reason = estimator_.add(middle, *sample, arrival);
   if (is_alive(reason)) inputs_.add(Input::kOdometry, middle, arrival);
-  tell_refused(odometry_, reason, now, &report_);
+  report_rejected(odometry_, reason, now, &report_);
 }
 
 void WmNode::take(const registration_t& m, Stamp now) {
@@ -243,7 +248,7 @@ void WmNode::take(const registration_t& m, Stamp now) {
   if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   const std::optional<Registration> z = admit(m);
   if (!z) {
-    tell_refused(registrations_, Reason::kInvalid, now, &report_);
+    report_rejected(registrations_, Reason::kInvalid, now, &report_);
     return;
   }
   const Stamp stamp = from_utime(m.utime);
@@ -260,7 +265,7 @@ void WmNode::take(const registration_t& m, Stamp now) {
                                        {m.map_bias_sigma_m, m.map_bias_length_m}},
                             arrival);
   }
-  tell_refused(registrations_, reason, now, &report_);
+  report_rejected(registrations_, reason, now, &report_);
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
     // A scan has up to two registrations: its latency trace ends with the first.
@@ -326,14 +331,15 @@ void WmNode::publish_nav_state(Stamp now) {
 
 void WmNode::fill_belief(const FilterState& s, Stamp now) {
   const NavState& x = s.belief.x;
-  const Memory& memory = s.memory;
+  const Bookkeeping& memory = s.bookkeeping;
   nav_state_t& m = nav_state_;
   m.utime = to_utime(x.stamp);
 
   // Before the world is georeferenced, the local pose is published for frame world.
-  const Pose& T_out_vehicle = memory.anchored ? x.T_world_vehicle : estimator_.T_local_vehicle();
+  const Pose& T_out_vehicle =
+      memory.georeferenced ? x.T_world_vehicle : estimator_.T_local_vehicle();
   const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
-  m.world_valid = memory.anchored ? 1 : 0;
+  m.world_valid = memory.georeferenced ? 1 : 0;
   to_message(T_out_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
   m.local_utime = to_utime(kept_.local_began);
   to_message(estimator_.T_local_vehicle(), m.q_local_vehicle, m.p_local_vehicle_m);
@@ -352,7 +358,7 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
   to_message(memory.accel_vehicle, m.accel_vehicle_mps2);
   to_message(x.gyro_bias, m.gyro_bias_radps);
   to_message(x.accel_bias, m.accel_bias_mps2);
-  to_message(x.map_offset, m.prior_map_bias_m);
+  to_message(x.map_bias, m.prior_map_bias_m);
   m.wheel_scale = x.wheel_scale;
 
   m.world_resets = memory.world_resets;
@@ -389,16 +395,17 @@ void WmNode::fill_ages(const FilterState& s, Stamp now) {
 void WmNode::publish_integrity(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
-  const Trust& trust = estimator_.trust();
+  const FaultDetection& fault_detection = estimator_.fault_detection();
   const WmParams& params = config_.params;
-  const Integrity found = integrity(s, trust, without_input_for(now), params);
+  const Integrity found = integrity(s, fault_detection, without_input_for(now), params);
   integrity_t& m = integrity_;
   const std::int64_t utime = to_utime(s.belief.x.stamp);
-  const auto gps = static_cast<std::int8_t>(trust.gps(s, params.modes));
-  const auto ladar = static_cast<std::int8_t>(trust.ladar(s, params.modes));
-  const std::int8_t ins = inputs_.silent(Input::kIns, now) || s.memory.ins_stamp == Stamp::min()
-                              ? integrity_t::STATUS_NONE
-                              : static_cast<std::int8_t>(trust.ins(s));
+  const auto gps = static_cast<std::int8_t>(fault_detection.gps(s, params.modes));
+  const auto ladar = static_cast<std::int8_t>(fault_detection.ladar(s, params.modes));
+  const std::int8_t ins =
+      inputs_.silent(Input::kIns, now) || s.bookkeeping.ins_stamp == Stamp::min()
+          ? integrity_t::STATUS_NONE
+          : static_cast<std::int8_t>(fault_detection.ins(s));
   if (m.utime == 0 || ins != m.ins) m.ins_since_utime = utime;
   if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
   if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
@@ -412,19 +419,19 @@ void WmNode::publish_integrity(Stamp now) {
   m.ins = ins;
   m.gps = gps;
   m.ladar = ladar;
-  m.gps_test_ratio = trust.gps_test_ratio();
-  m.ladar_test_ratio = trust.ladar_test_ratio();
+  m.gps_test_ratio = fault_detection.gps_test_ratio();
+  m.ladar_test_ratio = fault_detection.ladar_test_ratio();
   m.sigma_in_60s_m = found.sigma_in_60s_m;
   m.alert_in_s = found.alert_in_s;
   integrity_out_.publish(&m);
-  report_trust(now);
+  report_source_status(now);
 }
 
 void WmNode::publish_subfilters() {
-  const Trust& trust = estimator_.trust();
-  if (!estimator_.started() || !estimator_.state().memory.anchored) return;
+  const FaultDetection& fault_detection = estimator_.fault_detection();
+  if (!estimator_.started() || !estimator_.state().bookkeeping.georeferenced) return;
   for (const Without what : {Without::kAll, Without::kLadar, Without::kGps}) {
-    const Subfilter& subfilter = trust.subfilter(what);
+    const Subfilter& subfilter = fault_detection.subfilter(what);
     if (!subfilter.alive()) continue;
     const Belief& belief = subfilter.state.belief;
     subfilter_.utime = to_utime(belief.x.stamp);
@@ -453,11 +460,11 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
       *config, bus, prior ? std::move(prior).value() : PriorTerrain(), std::move(no_map));
   if (live) {
     Result<std::unique_ptr<CheckpointMemory>> memory =
-        CheckpointMemory::of_this_process(node->checkpoint_layout());
+        CheckpointMemory::of_this_process(node->checkpoint_layout(), file.text_id());
     if (!memory) {
       node->state_no_checkpoint(memory.error().message);
     } else if (*memory) {
-      node->use(std::move(memory).value(), bus->publisher().run_id);
+      node->use(std::move(memory).value(), bus->publisher());
     }
   }
   return std::unique_ptr<Node>(std::move(node));

@@ -43,9 +43,8 @@ class WmNode final : public Node {
   /// Before the first cycle: why no state outlives this process; reported as an event.
   void state_no_checkpoint(std::string why) { no_checkpoint_ = std::move(why); }
   /// Before the first cycle: continues with the state of a predecessor, and keeps its own.
-  /// @param run_id  see Publisher
-  void use(std::unique_ptr<CheckpointMemory> memory, std::int64_t run_id) {
-    checkpoint_.emplace(std::move(memory), run_id);
+  void use(std::unique_ptr<CheckpointMemory> memory, const Publisher& publisher) {
+    checkpoint_.emplace(std::move(memory), publisher);
   }
   [[nodiscard]] CheckpointLayout checkpoint_layout() const {
     return CheckpointKeeper::layout(terrain_.grid());
@@ -77,7 +76,7 @@ class WmNode final : public Node {
   void fill_belief(const FilterState& state, Stamp now);
   void fill_ages(const FilterState& state, Stamp now);
   void report_events(Stamp now);
-  void report_trust(Stamp now);
+  void report_source_status(Stamp now);
   void report_alerts(Stamp now);
   void report_inputs(Stamp now);
   void report_alignment(Stamp now);
@@ -105,8 +104,8 @@ class WmNode final : public Node {
   GpsContent gps_content_;
   OdometryContent odometry_content_;
   double wheels_mps_ = 0.0;  ///< newest speed, and its arrival
-  Stamp wheels_heard_ = Stamp::min();
-  TerrainDesk terrain_;
+  Stamp wheels_received_ = Stamp::min();
+  TerrainServer terrain_;
   std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;
   std::string no_map_;
@@ -128,7 +127,7 @@ class WmNode final : public Node {
   int local_breaks_ = 0;
   int reported_epoch_ = -1;
   int reported_findings_ = 0;
-  bool reported_map_doubted_ = false;
+  bool reported_map_suspected_ = false;
   std::int8_t reported_alerts_ = 0;
   std::array<bool, kInputs> reported_silent_{};
   bool reported_no_input_ = false;

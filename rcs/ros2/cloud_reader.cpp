@@ -87,10 +87,10 @@ std::optional<std::int64_t> after_stamp_us(const std::uint8_t* point, const Layo
                                                      : wire::take<double>(at);
   if (layout.kind == TimeKind::kTimestamp) {
     // Seconds since 1970 have 10 digits in this century, and nanoseconds 19.
-    constexpr double kLeastEpoch_s = 1e8;
-    constexpr double kLeastEpoch_ns = 1e15;
-    if (after_s >= kLeastEpoch_ns) after_s *= 1e-9;
-    if (after_s >= kLeastEpoch_s) after_s -= stamp_s;
+    constexpr double kMinEpoch_s = 1e8;
+    constexpr double kMinEpoch_ns = 1e15;
+    if (after_s >= kMinEpoch_ns) after_s *= 1e-9;
+    if (after_s >= kMinEpoch_s) after_s -= stamp_s;
   }
   constexpr double kLongest_s = 1000.0;
   if (!(std::abs(after_s) <= kLongest_s)) return std::nullopt;

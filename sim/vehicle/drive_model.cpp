@@ -51,13 +51,13 @@ void DriveModel::command(const DriveCommand& command, double arrival_s) {
 }
 
 const DriveCommand* DriveModel::in_force(double time_s) {
-  const double heard_s = time_s - params_.delay_s;
+  const double received_s = time_s - params_.delay_s;
   std::size_t newest = 0;
-  while (newest + 1 < arrived_.size() && arrived_[newest + 1].arrival_s <= heard_s) ++newest;
+  while (newest + 1 < arrived_.size() && arrived_[newest + 1].arrival_s <= received_s) ++newest;
   arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(newest));
   const bool commanded = !stopped_for_good_ && !arrived_.empty() &&
-                         arrived_.front().arrival_s <= heard_s &&
-                         heard_s < arrived_.front().command.valid_until_s;
+                         arrived_.front().arrival_s <= received_s &&
+                         received_s < arrived_.front().command.valid_until_s;
   if (!commanded && !silent_ && speed_mps_ != 0.0) ++account_.silences;
   silent_ = !commanded;
   return commanded ? &arrived_.front().command : nullptr;

@@ -38,7 +38,7 @@ Bytes take_message(const std::uint8_t* data, std::size_t size) {
 }
 
 /// The messages that the vehicle itself publishes on the channel.
-class Heard final : public rcs::BusTap {
+class Received final : public rcs::BusTap {
  public:
   void on_deliver(rcs::Stamp /*due*/, std::string_view channel, const std::uint8_t* data,
                   std::size_t size) override {
@@ -48,11 +48,11 @@ class Heard final : public rcs::BusTap {
 };
 
 std::vector<Bytes> seeds() {
-  Heard heard;
-  rcs::test::hostile_drive(RCS_FUZZ_CHANNEL, {}, &heard);
+  Received received;
+  rcs::test::hostile_drive(RCS_FUZZ_CHANNEL, {}, &received);
   const Bytes zero = rcs::test::encode(Message{});
-  heard.messages.emplace_back(zero.begin() + kFingerprint, zero.end());
-  return rcs::test::spoil(heard.messages);
+  received.messages.emplace_back(zero.begin() + kFingerprint, zero.end());
+  return rcs::test::spoil(received.messages);
 }
 
 }  // namespace

@@ -97,9 +97,9 @@ class OnDisk {
     });
     statuses_.emplace(bus, channel::kBgStatus, [this](const status_t& m, Stamp) { status = m; });
     truths_.emplace(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); });
-    const auto hear = [this](const event_t& m, Stamp) { codes.insert(m.code); };
-    bg_events_.emplace(bus, channel::kBgEvent, hear);
-    record_events_.emplace(bus, channel::kRecordEvent, hear);
+    const auto receive = [this](const event_t& m, Stamp) { codes.insert(m.code); };
+    bg_events_.emplace(bus, channel::kBgEvent, receive);
+    record_events_.emplace(bus, channel::kRecordEvent, receive);
   }
 
   bool until(Duration most, const std::function<bool()>& enough) {

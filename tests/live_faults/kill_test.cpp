@@ -79,7 +79,7 @@ class KillDrill : public testing::Test {
     std::uniform_real_distribution<double> pause_s(0.5, 2.5);
     drill_.run_for(from_seconds(pause_s(random_)));
     if (!ends_process(kind) && kind != Kind::kMemory) return;
-    const Stamp healthy = drill_.run.heard_first(node) + kHealthy;
+    const Stamp healthy = drill_.run.received_first(node) + kHealthy;
     if (healthy > drill_.run.now()) (void)drill_.run.run_until(healthy, {});
   }
 

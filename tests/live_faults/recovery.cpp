@@ -24,9 +24,9 @@ constexpr Duration kFresh = from_seconds(0.25);
 }  // namespace
 
 void Recovery::take(const cycle_t& m, Stamp arrival) {
-  std::deque<Stamp>& heard = cycles_[m.node];
-  heard.push_back(arrival);
-  while (heard.front() < arrival - kHeld) heard.pop_front();
+  std::deque<Stamp>& received = cycles_[m.node];
+  received.push_back(arrival);
+  while (received.front() < arrival - kHeld) received.pop_front();
 }
 
 void Recovery::take(const nav_state_t& m, Stamp arrival) {
@@ -41,8 +41,8 @@ void Recovery::take(const status_t& m, Stamp arrival) {
 
 std::string Recovery::what_is_missing(Stamp now, double speed_mps) const {
   for (const Rate& r : kRates) {
-    const auto heard = cycles_.find(r.node);
-    if (heard == cycles_.end() || now - heard->second.back() > r.silence) {
+    const auto received = cycles_.find(r.node);
+    if (received == cycles_.end() || now - received->second.back() > r.silence) {
       return fmt::format("{} is silent", r.node);
     }
   }
@@ -67,9 +67,9 @@ void Recovery::look(Stamp now, double speed_mps) {
   if (!well_since_) well_since_ = now;
   if (recovered_ || now - *well_since_ < kHeld) return;
   for (const Rate& r : kRates) {
-    const std::deque<Stamp>& heard = cycles_[r.node];
+    const std::deque<Stamp>& received = cycles_[r.node];
     const auto in_second =
-        std::count_if(heard.begin(), heard.end(), [&](Stamp s) { return s >= now - kHeld; });
+        std::count_if(received.begin(), received.end(), [&](Stamp s) { return s >= now - kHeld; });
     if (static_cast<double>(in_second) >= kShareOfRate * r.normal_hz) continue;
     missing_ = fmt::format("{} works {} times a second", r.node, in_second);
     return;

@@ -90,14 +90,14 @@ Outcome drive_with_liar(const char* channel, const typename Liar<T>::Lie& lie) {
     speed_mps = std::hypot(v[0], v[1]);
     if (at > last_second) out.speed_mps = std::max(out.speed_mps, speed_mps);
   });
-  const auto hear = [&](const event_t& m, Stamp at) {
+  const auto receive = [&](const event_t& m, Stamp at) {
     const bool names = m.code == event::kPublisherRejected.code &&
                        m.text.find(channel) != std::string::npos && liar.first();
     if (names && !out.named) out.named = at - *liar.first();
   };
-  Tap<event_t> sp(bus, channel::kSpEvent, hear);
-  Tap<event_t> wm(bus, channel::kWmEvent, hear);
-  Tap<event_t> bg(bus, channel::kBgEvent, hear);
+  Tap<event_t> sp(bus, channel::kSpEvent, receive);
+  Tap<event_t> wm(bus, channel::kWmEvent, receive);
+  Tap<event_t> bg(bus, channel::kBgEvent, receive);
   EXPECT_TRUE(live.run_until_well(kPatience)) << live.run.trouble();
   EXPECT_TRUE(live.run.run_until(live.run.now() + kPatience, [&] { return speed_mps > 2.0; }));
   liar.begin();

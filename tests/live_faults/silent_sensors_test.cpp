@@ -69,7 +69,7 @@ class SilentSensors : public testing::Test {
     std::optional<Stamp> silent;
     std::string state;
     double commanded_mps = 0.0;  // before the silence
-    const auto hear = [&](Stamp arrival) {
+    const auto receive = [&](Stamp arrival) {
       newest = arrival;
       seen.drove = commanded_mps > kDrives_mps;
     };
@@ -79,16 +79,16 @@ class SilentSensors : public testing::Test {
       return seen;
     }
     Tap<ins_t> ins(bus, channel::kIns, [&](const ins_t&, Stamp at) {
-      if (source == "ins" || source == "all") hear(at);
+      if (source == "ins" || source == "all") receive(at);
     });
     Tap<gps_fix_t> gps(bus, channel::kGpsFix, [&](const gps_fix_t&, Stamp at) {
-      if (source == "gps") hear(at);
+      if (source == "gps") receive(at);
     });
     Tap<odometry_t> wheels(bus, channel::kOdometry, [&](const odometry_t&, Stamp at) {
-      if (source == "odometry") hear(at);
+      if (source == "odometry") receive(at);
     });
     Tap<ladar_ranges_t> ladar(bus, channel::kLadarRanges, [&](const ladar_ranges_t&, Stamp at) {
-      if (source == "ladar") hear(at);
+      if (source == "ladar") receive(at);
     });
     Tap<status_t> status(bus, channel::kBgStatus,
                          [&](const status_t& m, Stamp) { state = m.state; });

@@ -216,7 +216,7 @@ int VehicleRun::pid_of(const std::string& node) const {
   return life == lives_.end() ? 0 : life->second.pid;
 }
 
-Stamp VehicleRun::heard_first(const std::string& node) const {
+Stamp VehicleRun::received_first(const std::string& node) const {
   const auto life = lives_.find(node);
   return life == lives_.end() ? Stamp::max() : life->second.first;
 }

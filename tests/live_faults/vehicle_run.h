@@ -52,7 +52,7 @@ class VehicleRun {
 
   /// The newest pid that a node has published; 0: none was received.
   [[nodiscard]] int pid_of(const std::string& node) const;
-  [[nodiscard]] Stamp heard_first(const std::string& node) const;
+  [[nodiscard]] Stamp received_first(const std::string& node) const;
   void send_signal(const std::string& node, int signal) const;
   /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
   void send_signal_to_sim(int signal);

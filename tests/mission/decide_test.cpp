@@ -12,7 +12,7 @@ namespace {
 Facts all_is_well() {
   Facts f;
   f.task = TaskKind::kVisit;
-  f.operator_heard = true;
+  f.operator_received = true;
   f.wm_age = f.bg_age = from_milliseconds(50.0);
   f.pose_valid = true;
   f.world_level = 0.3;
@@ -63,7 +63,7 @@ TEST(MissionDecide, EveryLossHasARow) {
 
 TEST(MissionDecide, ALostOperatorIsAnsweredAsConfigured) {
   Facts f = all_is_well();
-  f.operator_heard = false;
+  f.operator_received = false;
   DecideParams p;
   EXPECT_EQ(decide(f, p).action, Action::kDrive);
   p.operator_loss = OperatorLoss::kHold;
@@ -97,7 +97,7 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
     Facts f;
     f.task = static_cast<TaskKind>(rng() % 6);
     f.cannot = rng() % 8 == 0 ? "command rejected: a test" : "";
-    f.operator_heard = coin();
+    f.operator_received = coin();
     f.wm_age = from_seconds(coin() ? 0.1 : 1.0);
     f.bg_age = from_seconds(coin() ? 0.1 : 1.0);
     f.emergency_stop = rng() % 8 == 0;
@@ -130,7 +130,7 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
       ASSERT_TRUE(f.world_known);
       ASSERT_LE(f.world_level, 1.0);
       ASSERT_EQ(f.route, RouteState::kChosen);
-      ASSERT_TRUE(f.operator_heard || p.operator_loss == OperatorLoss::kContinue);
+      ASSERT_TRUE(f.operator_received || p.operator_loss == OperatorLoss::kContinue);
     } else {
       ASSERT_LE(f.own_map_level, 1.0);
       ASSERT_TRUE(f.can_return);

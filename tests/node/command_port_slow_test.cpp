@@ -9,7 +9,7 @@ namespace {
 
 TEST(CommandSlow, TheProtocolHoldsOverAMillionRandomSequences) {
   for (unsigned seed = 1'000'000; seed < 2'000'000; ++seed) {
-    tell_story(seed, 40);
+    run_sequence(seed, 40);
     if (HasFatalFailure()) FAIL() << "seed " << seed;
   }
 }

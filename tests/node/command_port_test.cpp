@@ -11,7 +11,7 @@ namespace {
 
 TEST(Command, TheProtocolHoldsOverRandomSequences) {
   for (unsigned seed = 0; seed < 20'000; ++seed) {
-    tell_story(seed, 40);
+    run_sequence(seed, 40);
     if (HasFatalFailure()) FAIL() << "seed " << seed;
   }
 }

@@ -5,7 +5,7 @@
 namespace rcs::test {
 
 /// hold.
-void tell_story(unsigned seed, int steps) {
+void run_sequence(unsigned seed, int steps) {
   Network network(seed);
   network.flaws = {0.3 * network.below(3), 0.2 * network.below(3), network.below(7)};
   Stamp now(std::chrono::seconds(1000 + network.below(1000)));
@@ -19,7 +19,7 @@ void tell_story(unsigned seed, int steps) {
   int worker_down = 0;                    // steps left
   int superior_down[2] = {0, 0};          // the same
   Stamp last_valid_until = Stamp::min();  // of all commands ever sent
-  Stamp worker_heard = now;               // latest time at which a status could have been sent
+  Stamp worker_received = now;            // latest time at which a status could have been sent
 
   for (int step = 0; step < steps; ++step, now += kStep) {
     network.deliver(now, [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
@@ -58,7 +58,7 @@ void tell_story(unsigned seed, int steps) {
     if (worker) {
       worker->cycle(now, &network, &truth);
       if (testing::Test::HasFatalFailure()) return;
-      worker_heard = now;
+      worker_received = now;
     }
     // Silence of any participant ends with the vehicle at rest.
     ASSERT_FALSE(truth.moving && now >= last_valid_until) << "moves without a valid command";
@@ -68,7 +68,7 @@ void tell_story(unsigned seed, int steps) {
       if (current.state == CommandProgress::State::kDone) {
         ASSERT_EQ(truth.done.count({s->issuer, s->serial}), 1U) << "a stale DONE was accepted";
       }
-      const Duration silent = now - worker_heard;
+      const Duration silent = now - worker_received;
       const Duration longest = CommandPortParams{}.silence + network.flaws.delay_steps * kStep;
       if (current.state == CommandProgress::State::kExecuting) {
         ASSERT_LE(silent, longest + kStep) << "a dead subordinate is reported as working";

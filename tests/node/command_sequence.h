@@ -171,6 +171,6 @@ struct Worker {
 };
 
 /// One random sequence of two superiors, a subordinate and a lossy network; checks the invariants.
-void tell_story(unsigned seed, int steps);
+void run_sequence(unsigned seed, int steps);
 
 }  // namespace rcs::test

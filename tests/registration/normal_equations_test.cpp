@@ -79,8 +79,8 @@ TEST(NormalEquations, WhatTheErrorsOfNormalsPretendIsNoInformation) {
     e.noise = share * e.H;
     const Observability obs = observability(e, 1e-4, 0.5);
     ASSERT_EQ(obs.unobserved, 0) << share;
-    const double trust = 1.0 - 2.0 * share;
-    const Mat6 expected = trust * trust * e.H;
+    const double weight = 1.0 - 2.0 * share;
+    const Mat6 expected = weight * weight * e.H;
     EXPECT_LT((observed_part(e.H, obs) - expected).norm(), 1e-9) << share;
   }
   e.noise = 0.51 * e.H;

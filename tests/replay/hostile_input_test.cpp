@@ -46,14 +46,14 @@ class Ears final : public BusTap {
  public:
   void on_deliver(Stamp /*due*/, std::string_view channel, const std::uint8_t* data,
                   std::size_t size) override {
-    heard_[std::string(channel)].push_back({data, data + size});
+    received_[std::string(channel)].push_back({data, data + size});
   }
 
   template <class T>
   [[nodiscard]] std::vector<T> all(const std::string& channel) const {
     std::vector<T> out;
-    const auto found = heard_.find(channel);
-    if (found == heard_.end()) return out;
+    const auto found = received_.find(channel);
+    if (found == received_.end()) return out;
     for (const Bytes& bytes : found->second) out.push_back(decoded<T>(bytes));
     return out;
   }
@@ -84,7 +84,7 @@ class Ears final : public BusTap {
   }
 
  private:
-  std::map<std::string, std::vector<Bytes>> heard_;
+  std::map<std::string, std::vector<Bytes>> received_;
 };
 
 Ears drive_with(const std::string& channel, const std::vector<Bytes>& packets) {

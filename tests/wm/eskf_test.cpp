@@ -156,7 +156,7 @@ TEST(CrossAxisGain, IsEstimatedFromSustainedForces) {
     constexpr double kGain = 2e-3;
     constexpr double kForce = 1.5;
     constexpr double kStep_s = 0.01;
-    const int first = axis == 0 ? kAheadGain : kSideGain;
+    const int first = axis == 0 ? kCrossAxisX : kCrossAxisY;
     const double at_start = std::sqrt(b.P(first + 2, first + 2));
     Vec3 v = Vec3::Zero();
     for (int i = 1; i <= 4000; ++i) {
@@ -175,7 +175,7 @@ TEST(CrossAxisGain, IsEstimatedFromSustainedForces) {
       fix.sigma_v_mps = Vec3::Constant(0.01);
       b = update(b, gps_velocity(b.x, fix, params.gps, Vec3::Zero()), kNoGate).belief;
     }
-    const Vec3 found = axis == 0 ? b.x.ahead_gain : b.x.side_gain;
+    const Vec3 found = axis == 0 ? b.x.cross_axis_x : b.x.cross_axis_y;
     const double sigma = std::sqrt(b.P(first + 2, first + 2));
     EXPECT_LT(sigma, 0.2 * at_start) << axis;
     EXPECT_NEAR(found.z(), kGain, 4.0 * sigma + 0.05 * kGain) << axis;
@@ -256,9 +256,9 @@ TEST(GpsBias, TheTimeCorrelatedErrorDoesNotShrinkWithTheReportedSigma) {
   FilterState s;
   s.belief.P.setZero();
   s.belief.P.diagonal().segment<3>(kPosition).setConstant(100.0);
-  s.belief.P.diagonal().segment<3>(kGpsOffset).setOnes();
+  s.belief.P.diagonal().segment<3>(kGpsBias).setOnes();
   s.belief.x.stamp = Stamp(from_seconds(100.0));
-  s.memory.anchored = true;
+  s.bookkeeping.georeferenced = true;
   const auto fixes = [&](double sigma_m, double error_m, double length_s) {
     for (double t_s = 0.0; t_s < length_s; t_s += 0.2) {
       GpsFix fix;

@@ -71,7 +71,7 @@ TEST(EstimatorLoss, AWrongAttitudeIsFoundAndTheFilterBeginsAgain) {
   }
   EXPECT_GE(estimator.losses(), 1);
   EXPECT_LE(estimator.losses(), 3);
-  ASSERT_TRUE(estimator.state().memory.anchored);
+  ASSERT_TRUE(estimator.state().bookkeeping.georeferenced);
   EXPECT_LT(end_m, 2.0);
   EXPECT_LT(worst_local_m, 0.2) << "per sample";
 }

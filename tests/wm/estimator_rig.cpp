@@ -29,13 +29,14 @@ Score run(const Experiment& experiment) {
     estimator.clear_innovations();
     if (!estimator.started()) continue;
     const FilterState& s = estimator.state();
-    if (s.memory.anchored && score.anchored_s < 0.0) score.anchored_s = t;
+    if (s.bookkeeping.georeferenced && score.georeferenced_s < 0.0) score.georeferenced_s = t;
     const Truth& at = truth[i];
     if (s.belief.x.stamp != at.stamp) continue;
     const Pose& T = s.belief.x.T_world_vehicle;
     const Vec6 e = log_se3(T.inverse() * at.T_world_vehicle);
-    if (s.memory.anchored) score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
-    if (s.memory.anchored && i % 100 == 0) {
+    if (s.bookkeeping.georeferenced)
+      score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
+    if (s.bookkeeping.georeferenced && i % 100 == 0) {
       score.nees_pose += e.dot(world_pose_covariance(s.belief, 0.0).llt().solve(e)) / 6.0;
       ++score.samples;
     }
@@ -48,8 +49,8 @@ Score run(const Experiment& experiment) {
   score.heading_error_rad =
       std::abs(wrap_angle(yaw_of(T.q) - yaw_of(truth.back().T_world_vehicle.q)));
   score.sigma_m = std::sqrt(s.belief.P(0, 0) + s.belief.P(1, 1));
-  score.resets = s.memory.world_resets;
-  score.anchored = s.memory.anchored;
+  score.resets = s.bookkeeping.world_resets;
+  score.georeferenced = s.bookkeeping.georeferenced;
   score.mode = estimator.mode();
   return score;
 }

@@ -41,8 +41,8 @@ struct Score {
   double sigma_m = 0.0;  ///< horizontal, at the end
   int refused = 0, accepted = 0;
   int resets = 0;
-  bool anchored = false;
-  double anchored_s = -1.0;  ///< after the start
+  bool georeferenced = false;
+  double georeferenced_s = -1.0;  ///< after the start
   Mode mode = Mode::kAlign;
   int samples = 0;
 };

@@ -31,7 +31,7 @@ struct Seen {
   double end_local_tilt_rad = 0.0;  ///< the same in frame local
   double end_m = 0.0;
   int findings = 0;
-  Trusted gps = Trusted::kNone;  ///< at the end
+  SourceStatus gps = SourceStatus::kNone;  ///< at the end
   int clock_steps = 0;
 };
 
@@ -62,7 +62,7 @@ Seen drive(const Fault& fault) {
     estimator.watch_clocks(arrival);
     estimator.fuse();
     estimator.clear_innovations();
-    if (!estimator.started() || !estimator.state().memory.anchored) continue;
+    if (!estimator.started() || !estimator.state().bookkeeping.georeferenced) continue;
     const NavState& x = estimator.state().belief.x;
     if (t > 20.0 && before.coeffs() != Quat::Identity().coeffs()) {
       const Quat turned = before.conjugate() * x.T_world_vehicle.q;
@@ -82,8 +82,8 @@ Seen drive(const Fault& fault) {
     const Vec3 local_up = estimator.T_local_vehicle().q.conjugate() * Vec3::UnitZ();
     seen.end_local_tilt_rad = local_up.cross(true_up).norm();
   }
-  seen.findings = estimator.trust().findings();
-  seen.gps = estimator.trust().gps(estimator.state(), experiment.params.modes);
+  seen.findings = estimator.fault_detection().findings();
+  seen.gps = estimator.fault_detection().gps(estimator.state(), experiment.params.modes);
   seen.clock_steps = estimator.clock_steps();
   return seen;
 }
@@ -100,7 +100,7 @@ TEST(EstimatorSilence, OfTheInsIsBridgedByTheOtherSources) {
     EXPECT_LT(seen.worst_m, 2.5) << length_s;
     EXPECT_LT(seen.worst_tilt_rad, 0.2) << length_s;
     EXPECT_EQ(seen.findings, 0) << length_s;
-    EXPECT_EQ(seen.gps, Trusted::kFully) << length_s;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << length_s;
   }
 }
 
@@ -113,7 +113,7 @@ TEST(EstimatorSilence, OfAllSourcesEndsWithTheFirstFixes) {
     EXPECT_LT(seen.worst_turn_rad, 0.35 + 0.35 * length_s) << length_s;
     EXPECT_LT(seen.end_local_tilt_rad, 0.02) << length_s << " " << seen.worst_tilt_rad;
     EXPECT_EQ(seen.findings, 0) << length_s;
-    EXPECT_EQ(seen.gps, Trusted::kFully) << length_s;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << length_s;
   }
 }
 
@@ -124,7 +124,7 @@ TEST(EstimatorSilence, OfAllSourcesWhileTheInsIsSilentEndsWithTheFirstFixes) {
     fault.ins_silent = [=](double t) { return t > from_s && t < from_s + 8.0; };
     fault.others_silent = [=](double t) { return t > from_s + 3.5 && t < from_s + 8.0; };
     const Seen seen = drive(fault);
-    EXPECT_EQ(seen.gps, Trusted::kFully) << from_s;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << from_s;
     EXPECT_LT(seen.end_m, 1.5) << from_s;
     EXPECT_EQ(seen.findings, 0) << from_s;
   }
@@ -139,7 +139,7 @@ TEST(EstimatorSilence, ACommonClockStepMovesNothing) {
       EXPECT_LT(seen.worst_m, 1.5) << step_s << " until " << until_s;
       EXPECT_LT(seen.worst_turn_rad, 0.05) << step_s << " until " << until_s;
       EXPECT_EQ(seen.clock_steps, until_s < 60.0 ? 2 : 1) << step_s;
-      EXPECT_EQ(seen.gps, Trusted::kFully) << step_s;
+      EXPECT_EQ(seen.gps, SourceStatus::kFully) << step_s;
     }
   }
 }
@@ -172,10 +172,10 @@ Tilt tilt_after_a_gap(double sigma_rad, double gap_s) {
   s.belief = initial_belief(params, begin);
   s.belief.x.T_world_vehicle.q = exp_so3(Vec3(0.0, 0.3, 0.0));
   s.belief.x.inertial = true;
-  s.memory.T_local_vehicle = s.belief.x.T_world_vehicle;
+  s.bookkeeping.T_local_vehicle = s.belief.x.T_world_vehicle;
   s.belief.P.diagonal().segment<3>(kAttitude).setConstant(sigma_rad * sigma_rad);
-  s.memory.ins_stamp = begin;
-  s.memory.odometry_mps = 6.0;  // it moves: no zero-velocity update
+  s.bookkeeping.ins_stamp = begin;
+  s.bookkeeping.odometry_mps = 6.0;  // it moves: no zero-velocity update
   const Duration period = from_milliseconds(10.0);
   const Stamp from = begin + from_seconds(gap_s);
   for (Stamp t = from; t < from + from_seconds(0.8); t += period) {
@@ -185,7 +185,7 @@ Tilt tilt_after_a_gap(double sigma_rad, double gap_s) {
     advance(model, t, &imu, &s, &unread);
   }
   const auto tilt = [](const Quat& q) { return std::acos((q * Vec3::UnitZ()).z()); };
-  return {tilt(s.belief.x.T_world_vehicle.q), tilt(s.memory.T_local_vehicle.q)};
+  return {tilt(s.belief.x.T_world_vehicle.q), tilt(s.bookkeeping.T_local_vehicle.q)};
 }
 
 TEST(EstimatorSilence, AfterAGapTheSpecificForceLevelsAnUncertainVehicle) {

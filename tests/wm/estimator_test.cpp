@@ -18,7 +18,7 @@ double mean_nees(Experiment experiment, unsigned seeds) {
   for (unsigned seed = 1; seed <= seeds; ++seed) {
     experiment.sensors.seed = seed;
     const Score score = run(experiment);
-    EXPECT_TRUE(score.anchored);
+    EXPECT_TRUE(score.georeferenced);
     sum += score.nees_pose / seeds;
   }
   ::testing::Test::RecordProperty("nees", std::to_string(sum));
@@ -61,7 +61,7 @@ TEST(Estimator, LadarAloneGivesOnlyALocalPose) {
   Experiment experiment;
   experiment.ins = experiment.gps = false;
   const Score score = run(experiment);
-  EXPECT_FALSE(score.anchored);
+  EXPECT_FALSE(score.georeferenced);
   EXPECT_EQ(score.mode, Mode::kLadar);
   EXPECT_EQ(score.refused, 0);
 }
@@ -73,7 +73,7 @@ TEST(Estimator, LadarAndGpsDetermineTheWorldPoseOnceTheVehicleMoves) {
   experiment.drive.length_s = 12.0;  // about the length of the KITTI drive
   experiment.sensors.gps_sigma_m = 0.1;
   const Score score = run(experiment);
-  EXPECT_TRUE(score.anchored);
+  EXPECT_TRUE(score.georeferenced);
   EXPECT_EQ(score.mode, Mode::kGpsLadar);
   EXPECT_LT(score.error_m, 0.5);
   EXPECT_LT(score.heading_error_rad, radians(2.0));
@@ -185,17 +185,17 @@ TEST(Estimator, AtRestTheVarianceOfTheMapErrorDoesNotVanish) {
   state.belief.x.T_world_vehicle = truth[0].T_world_vehicle;
   state.belief.x.inertial = true;
   state.belief = loosen_world(state.belief, Vec3::Constant(10.0), 0.1);
-  state.memory.anchored = true;
-  state.memory.ins_stamp = truth[0].stamp;
+  state.bookkeeping.georeferenced = true;
+  state.bookkeeping.ins_stamp = truth[0].stamp;
   History history{Model(params)};
   history.restart(state);
   history.amend(earth_at(test_datum()), [](FilterState*) {});
   std::vector<Innovation> records;
   records.reserve(100000);
-  const Vec3 map_offset(0.7, -0.4, 0.3);
+  const Vec3 map_bias(0.7, -0.4, 0.3);
   for (std::size_t i = 1; i < truth.size(); ++i) {
     history.insert({truth[i].stamp, sensors.imu(i)});
-    if (i % 10 == 0) history.insert({truth[i].stamp, sensors.prior(i, map_offset)});
+    if (i % 10 == 0) history.insert({truth[i].stamp, sensors.prior(i, map_bias)});
     history.fuse(&records);
   }
   const Belief& b = history.head().belief;
@@ -234,12 +234,13 @@ TEST(Estimator, GoodFixesAreNotRejectedForever) {
   }
   // THEN they are rejected for a while, then followed in one counted step.
   constexpr double kCauseIsOpen_s = 1.5;  // before they are excluded
-  EXPECT_NEAR(refused, 5.0 * (seconds(experiment.params.trust.persistent) + kCauseIsOpen_s), 15.0);
+  EXPECT_NEAR(refused,
+              5.0 * (seconds(experiment.params.fault_detection.persistent) + kCauseIsOpen_s), 15.0);
   EXPECT_GT(accepted_after, 60);
   const FilterState& s = estimator.state();
   EXPECT_NEAR(s.belief.x.T_world_vehicle.p.x() - truth.back().T_world_vehicle.p.x(), 30.0, 3.0);
-  EXPECT_GE(s.memory.world_resets, 2);  // the georeferencing and this one
-  EXPECT_GT(s.memory.last_reset_m, 20.0);
+  EXPECT_GE(s.bookkeeping.world_resets, 2);  // the georeferencing and this one
+  EXPECT_GT(s.bookkeeping.last_reset_m, 20.0);
 }
 
 TEST(Estimator, TheLocalFrameIsUprightOnASlope) {
@@ -320,7 +321,8 @@ TEST(Estimator, AMapWhoseScansNeverObserveTheWholePoseIsUsed) {
     }
     ASSERT_TRUE(estimator.started());
     EXPECT_EQ(estimator.state().belief.x.map_epoch, epoch) << begins;
-    EXPECT_GT(estimator.state().memory.of(Source::kRolling).accepted, truth[900].stamp) << begins;
+    EXPECT_GT(estimator.state().bookkeeping.of(Source::kRolling).accepted, truth[900].stamp)
+        << begins;
   }
 }
 
@@ -371,7 +373,7 @@ TEST(Estimator, DoesNotAllocateAfterWarmUp) {
     estimator.clear_innovations();
     if (i > 100) allocations += guard.allocations();
   }
-  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_TRUE(estimator.state().bookkeeping.georeferenced);
   EXPECT_EQ(allocations, 0);
 }
 

@@ -16,7 +16,7 @@ enum class Kind {
   kInsSilence,
   kGyro,
   kForce,
-  kGpsOffset,
+  kGpsBias,
   kGpsRamp,
   kGpsSilence,
   kLadarOffset,
@@ -59,7 +59,7 @@ class LawfulDrive {
     for (std::size_t i = 1; i < truth.size(); ++i) {
       feed(i, seconds(truth[i].stamp - truth[0].stamp));
       const bool started = rig_.estimator.started();
-      const Withheld before = started ? rig_.estimator.state().memory.withheld : Withheld{};
+      const Excluded before = started ? rig_.estimator.state().bookkeeping.excluded : Excluded{};
       rig_.estimator.fuse();
       if (started) check(before, seconds(truth[i].stamp - truth[0].stamp));
       rig_.estimator.clear_innovations();
@@ -73,7 +73,7 @@ class LawfulDrive {
     EXPECT_GT(used_s_[3], end_s - kWayBack_s) << "wheels" << text();
   }
   [[nodiscard]] long facts() const { return facts_; }
-  [[nodiscard]] int findings() const { return rig_.estimator.trust().findings(); }
+  [[nodiscard]] int findings() const { return rig_.estimator.fault_detection().findings(); }
 
  private:
   static Experiment experiment(unsigned seed) {
@@ -101,7 +101,7 @@ class LawfulDrive {
     if (i % 20 == 0) {
       GeodeticFix fix = rig_.sensors.gps(i);
       Vec3 off = Vec3::Zero();
-      if (const Fault* f = at(Kind::kGpsOffset, t)) off = 50.0 * f->size * f->axis;
+      if (const Fault* f = at(Kind::kGpsBias, t)) off = 50.0 * f->size * f->axis;
       if (const Fault* f = at(Kind::kGpsRamp, t)) off = 4.0 * f->size * (t - f->begin_s) * f->axis;
       fix.antenna = frame_.to_geodetic(frame_.to_world(fix.antenna) + off);
       if (at(Kind::kGpsSilence, t) == nullptr) take(estimator.add(now, fix));
@@ -121,9 +121,9 @@ class LawfulDrive {
   }
   void take(Reason /*reason*/) { ++facts_; }
 
-  void check(const Withheld& before, double t_s) {
+  void check(const Excluded& before, double t_s) {
     const FilterState& s = rig_.estimator.state();
-    const Withheld& after = s.memory.withheld;
+    const Excluded& after = s.bookkeeping.excluded;
     // A step that ends an exclusion fuses the inputs of its history again.
     for (const Innovation& k : rig_.estimator.innovations()) {
       if (k.reason != Reason::kAccepted) continue;
@@ -137,12 +137,12 @@ class LawfulDrive {
     EXPECT_FALSE(after.ins && after.force) << text();
     EXPECT_FALSE(after.ins && s.belief.x.inertial) << "the INS was integrated" << text();
     EXPECT_FALSE(after.force && uses_forces(s)) << text();
-    const Trust& trust = rig_.estimator.trust();
+    const FaultDetection& fault_detection = rig_.estimator.fault_detection();
     const ModeParams& modes = WmParams{}.modes;
-    EXPECT_EQ(excluded(trust.ins(s)), after.any_of_ins()) << text();
-    EXPECT_EQ(excluded(trust.ladar(s, modes)), after.ladar) << text();
-    if (trust.gps(s, modes) != Trusted::kNone) {
-      EXPECT_EQ(excluded(trust.gps(s, modes)), after.gps) << text();
+    EXPECT_EQ(excluded(fault_detection.ins(s)), after.any_of_ins()) << text();
+    EXPECT_EQ(excluded(fault_detection.ladar(s, modes)), after.ladar) << text();
+    if (fault_detection.gps(s, modes) != SourceStatus::kNone) {
+      EXPECT_EQ(excluded(fault_detection.gps(s, modes)), after.gps) << text();
     }
     if (!after.gps) used_s_[0] = t_s;
     if (!after.ladar) used_s_[1] = t_s;
@@ -152,11 +152,11 @@ class LawfulDrive {
          {&SourceMonitors::gps, &SourceMonitors::ladar, &SourceMonitors::ins,
           &SourceMonitors::odometry, &SourceMonitors::prior_map}) {
       const SourceState was = (monitors_.*monitor).state();
-      const SourceState is = (trust.monitors().*monitor).state();
+      const SourceState is = (fault_detection.monitors().*monitor).state();
       const bool fused = was == SourceState::kUsed || was == SourceState::kSuspect;
       EXPECT_FALSE(fused && is == SourceState::kProbation) << text();
     }
-    monitors_ = trust.monitors();
+    monitors_ = fault_detection.monitors();
     const Cov& P = s.belief.P;
     EXPECT_TRUE(P.diagonal().minCoeff() >= 0.0 && P.allFinite()) << text();
   }

@@ -16,7 +16,7 @@ TEST(FaultDetection, NoFaultIsDetectedInACleanDrive) {
     EXPECT_LT(seen.first_alert_s, 0.0) << "seed " << seed;
     EXPECT_LT(seen.first_ladar_alert_s, 0.0) << "seed " << seed;
     EXPECT_EQ(seen.beyond_protection, 0) << "seed " << seed;
-    EXPECT_EQ(seen.gps, Trusted::kFully);
+    EXPECT_EQ(seen.gps, SourceStatus::kFully);
   }
 }
 
@@ -28,14 +28,14 @@ TEST(FaultDetection, NoSubFilterBeforeHeadingAndTiltAreKnown) {
     s.belief.x.inertial = inertial;
     s.belief.P.diagonal().segment<3>(kAttitude).setConstant(1e-6);
     s.belief.P(kAttitude + badly_known, kAttitude + badly_known) = 2.5e-4;
-    s.memory.anchored = true;
-    s.memory.of(Source::kZeroVelocity).accepted = now - driven;
-    s.memory.of(Source::kGpsPosition).accepted = now;
-    Trust trust(model.params.trust);
-    EXPECT_FALSE(trust.add(model, {now, OdometrySample{}}, nullptr, s).has_value());
-    return trust.subfilter(Without::kGps).alive();
+    s.bookkeeping.georeferenced = true;
+    s.bookkeeping.of(Source::kZeroVelocity).accepted = now - driven;
+    s.bookkeeping.of(Source::kGpsPosition).accepted = now;
+    FaultDetection fault_detection(model.params.fault_detection);
+    EXPECT_FALSE(fault_detection.add(model, {now, OdometrySample{}}, nullptr, s).has_value());
+    return fault_detection.subfilter(Without::kGps).alive();
   };
-  const double limit = model.params.trust.attitude_sigma_rad;
+  const double limit = model.params.fault_detection.attitude_sigma_rad;
   ASSERT_GT(2.5e-4, limit * limit);
   for (const bool inertial : {true, false}) {
     EXPECT_FALSE(watched(inertial, 2));
@@ -61,7 +61,7 @@ TEST(FaultDetection, ARampIsDetectedAndRolledBack) {
     EXPECT_LT(seen.first_alert_s, rate_mps < 0.5 ? 65.0 : 55.0) << rate_mps;
     EXPECT_LT(seen.worst_m, 4.0) << rate_mps;
     EXPECT_LT(seen.end_m, 2.5) << rate_mps;
-    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << rate_mps;
+    EXPECT_EQ(seen.gps, SourceStatus::kQuarantine) << rate_mps;
     EXPECT_LT(seen.worst_local_step_m, 0.2)
         << rate_mps;  // in 100 ms, including the noise of the true motion
   }
@@ -74,7 +74,7 @@ TEST(FaultDetection, AJumpIsRejectedAndReadmissionIsQuick) {
   EXPECT_LT(seen.worst_m, 1.5);
   ASSERT_TRUE(seen.found(Finding::kGpsReadmitted));
   EXPECT_NEAR(seen.findings.back().first, 52.5, 2.5);
-  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
 }
 
 TEST(FaultDetection, AConsistentClusterAtAWrongPositionIsRejectedAfterAnOutage) {
@@ -86,7 +86,7 @@ TEST(FaultDetection, AConsistentClusterAtAWrongPositionIsRejectedAfterAnOutage) 
   EXPECT_EQ(seen.beyond_protection, 0);
   EXPECT_FALSE(seen.found(Finding::kFilterFaulty));
   EXPECT_TRUE(seen.found(Finding::kGpsReadmitted));
-  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
 }
 
 TEST(FaultDetection, FixesAfterAnOutageAreQuarantinedAndThenReadmitted) {
@@ -95,7 +95,7 @@ TEST(FaultDetection, FixesAfterAnOutageAreQuarantinedAndThenReadmitted) {
   const Seen seen = drive(75.0, d);
   ASSERT_TRUE(seen.found(Finding::kGpsReadmitted));
   EXPECT_LT(seen.findings.back().first, 65.0);
-  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
 }
 
 /// When fixes are accepted again that are off by `off_m` after an outage of 40 s; -1: never.
@@ -121,7 +121,7 @@ TEST(FaultDetection, AHeightFromAnotherGeoidExcludesTheHeightOnly) {
   Disturbance d;
   d.fix_off = [](double t) { return Vec3(0.0, 0.0, t > 40.0 ? 33.0 : 0.0); };
   const Seen seen = drive(70.0, d);
-  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
   EXPECT_GT(seen.first_alert_s, 40.0);
   EXPECT_LT(seen.worst_m, 1.5);
 }
@@ -144,7 +144,7 @@ TEST(FaultDetection, AFaultyMapIsExcludedAfterAnOutageAndGpsIsNot) {
   EXPECT_TRUE(seen.found(Finding::kMapFaulty));
   EXPECT_FALSE(seen.found(Finding::kGpsFaulty));
   EXPECT_FALSE(seen.found(Finding::kLadarFaulty));
-  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
   EXPECT_LT(seen.end_m, 1.0);
 }
 
@@ -158,7 +158,7 @@ TEST(FaultDetection, AMapIsReadmittedWhenItAgreesWithTheFixes) {
     const Seen seen = drive(140.0, d);
     EXPECT_TRUE(seen.found(Finding::kMapFaulty));
     EXPECT_EQ(seen.found(Finding::kMapReadmitted), right_again);
-    EXPECT_EQ(seen.gps, Trusted::kFully);
+    EXPECT_EQ(seen.gps, SourceStatus::kFully);
     EXPECT_LT(seen.end_m, 1.0);
   }
 }
@@ -221,7 +221,7 @@ TEST(FaultDetection, FixesThatAreTurnedDoNotTurnTheFilter) {
     d.turned_rad = [=](double t) { return t > 40.0 ? radians(turned_deg) : 0.0; };
     const Seen seen = drive(100.0, d, 1, 20.0);
     std::printf("%.0f deg: worst %.2f m\n", turned_deg, seen.worst_m);
-    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << turned_deg;
+    EXPECT_EQ(seen.gps, SourceStatus::kQuarantine) << turned_deg;
     EXPECT_LT(seen.worst_m, 2.0) << turned_deg;
     EXPECT_EQ(seen.beyond_protection, 0) << turned_deg;
   }
@@ -235,7 +235,7 @@ TEST(FaultDetection, FixesThatRiseAreExcludedAndNotReadmitted) {
     d.velocity_off = [=](double t) { return Vec3(0.0, 0.0, t > 40.0 ? mps : 0.0); };
     const Seen seen = drive(110.0, d, 1, 20.0);
     std::printf("%.1f m/s: height off by %.2f m\n", mps, seen.end_up_m);
-    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << mps;
+    EXPECT_EQ(seen.gps, SourceStatus::kQuarantine) << mps;
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << mps;
     EXPECT_LT(std::abs(seen.end_up_m), 2.0) << mps;
   }

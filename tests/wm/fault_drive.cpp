@@ -95,22 +95,23 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     }
     estimator.fuse();
     estimator.clear_innovations();
-    if (estimator.trust().findings() != findings) {
-      findings = estimator.trust().findings();
-      seen.findings.emplace_back(t, estimator.trust().newest_finding());
+    if (estimator.fault_detection().findings() != findings) {
+      findings = estimator.fault_detection().findings();
+      seen.findings.emplace_back(t, estimator.fault_detection().newest_finding());
       const Finding newest = seen.findings.back().second;
-      const double ratio = estimator.trust().finding_ratio();
+      const double ratio = estimator.fault_detection().finding_ratio();
       std::printf("%.1f s: finding %d, test ratio %.2f, moved by %.2f m\n", t,
-                  static_cast<int>(newest), ratio, estimator.trust().finding_moved_m());
+                  static_cast<int>(newest), ratio, estimator.fault_detection().finding_moved_m());
       if (newest == Finding::kGpsFaulty || newest == Finding::kLadarFaulty ||
           newest == Finding::kMapFaulty) {
         EXPECT_GT(ratio, 1.0);  // what an event reports as the cause
-        EXPECT_GT(estimator.trust().finding_moved_m(), 0.0);
+        EXPECT_GT(estimator.fault_detection().finding_moved_m(), 0.0);
       }
     }
-    if (i % 10 != 0 || !estimator.started() || !estimator.state().memory.anchored) continue;
+    if (i % 10 != 0 || !estimator.started() || !estimator.state().bookkeeping.georeferenced)
+      continue;
     const FilterState& s = estimator.state();
-    const Integrity told = integrity(s, estimator.trust(), Duration::zero(), params);
+    const Integrity told = integrity(s, estimator.fault_detection(), Duration::zero(), params);
     const Vec3 off_m = s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p;
     const double error = off_m.head<2>().norm();
     const Pose local_moved = local_before.inverse() * estimator.T_local_vehicle();
@@ -119,7 +120,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     true_before = truth[i].T_world_vehicle;
     seen.end_m = error;
     seen.end_up_m = off_m.z();
-    seen.forces_excluded = seen.forces_excluded || s.memory.withheld.force;
+    seen.forces_excluded = seen.forces_excluded || s.bookkeeping.excluded.force;
     if (t < from_s) continue;
     if ((told.alerts & kAlertGps) != 0 && seen.first_alert_s < 0.0) seen.first_alert_s = t;
     if ((told.alerts & kAlertLadar) != 0 && seen.first_ladar_alert_s < 0.0) {
@@ -134,9 +135,9 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
     seen.highest_level_up_m = std::max(seen.highest_level_up_m, told.protection_vertical_m);
     ++seen.samples;
   }
-  seen.gps = estimator.trust().gps(estimator.state(), params.modes);
-  seen.ladar = estimator.trust().ladar(estimator.state(), params.modes);
-  seen.ins = estimator.trust().ins(estimator.state());
+  seen.gps = estimator.fault_detection().gps(estimator.state(), params.modes);
+  seen.ladar = estimator.fault_detection().ladar(estimator.state(), params.modes);
+  seen.ins = estimator.fault_detection().ins(estimator.state());
   return seen;
 }
 

@@ -52,9 +52,9 @@ struct Seen {
   double highest_level_up_m = 0.0;                                  ///< vertical protection level
   double lowest_level_m = std::numeric_limits<double>::infinity();  ///< horizontal
   int samples = 0;
-  Trusted gps = Trusted::kNone;  ///< at the end
-  Trusted ladar = Trusted::kNone;
-  Trusted ins = Trusted::kNone;
+  SourceStatus gps = SourceStatus::kNone;  ///< at the end
+  SourceStatus ladar = SourceStatus::kNone;
+  SourceStatus ins = SourceStatus::kNone;
   bool forces_excluded = false;  ///< at any time, without the rotation of the INS
 
   [[nodiscard]] bool found(Finding what) const {

@@ -24,8 +24,8 @@ class HistoryTest : public ::testing::Test {
     start_.belief.x.T_world_vehicle = truth_[kFirst].T_world_vehicle;
     start_.belief.x.v_world = truth_[kFirst].v_world;
     start_.belief.x.inertial = true;
-    start_.memory.ins_stamp = truth_[kFirst].stamp;
-    start_.memory.anchored = true;
+    start_.bookkeeping.ins_stamp = truth_[kFirst].stamp;
+    start_.bookkeeping.georeferenced = true;
     const LocalFrame frame(test_datum());
     for (std::size_t i = kFirst + 1; i <= kFirst + 200; ++i) {
       inputs_.push_back({truth_[i].stamp, sensors.imu(i)});
@@ -83,7 +83,8 @@ TEST_F(HistoryTest, OrderOfArrivalDoesNotMatter) {
     EXPECT_EQ(reordered.head().belief.P, in_order.head().belief.P);
     EXPECT_EQ(reordered.head().belief.x.T_world_vehicle.p,
               in_order.head().belief.x.T_world_vehicle.p);
-    EXPECT_EQ(reordered.head().memory.T_local_vehicle.p, in_order.head().memory.T_local_vehicle.p);
+    EXPECT_EQ(reordered.head().bookkeeping.T_local_vehicle.p,
+              in_order.head().bookkeeping.T_local_vehicle.p);
     EXPECT_EQ(reordered.head().belief.x.stamp, in_order.head().belief.x.stamp);
   }
 }

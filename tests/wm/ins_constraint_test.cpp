@@ -96,7 +96,7 @@ TEST(InsConstraint, AGapOfTheInsWhileGpsIsSuspectLosesNothing) {
     std::printf("gap at %.1f s: worst %.2f m, end %.2f m\n", gap_begin_s, seen.worst_m, seen.end_m);
     EXPECT_LT(seen.worst_m, 3.0) << gap_begin_s;
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << gap_begin_s;
-    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << gap_begin_s;
+    EXPECT_EQ(seen.gps, SourceStatus::kQuarantine) << gap_begin_s;
   }
 }
 

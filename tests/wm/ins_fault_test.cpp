@@ -55,7 +55,7 @@ TEST(InsFault, IsFoundAndNoOtherSourceIsExcludedWithGps) {
   for (const InsFault& fault : faults()) {
     const Seen seen = drive_with(fault, false, 1);
     EXPECT_FALSE(excluded_another(seen)) << fault.name;
-    EXPECT_EQ(seen.gps, Trusted::kFully) << fault.name;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << fault.name;
     EXPECT_LT(seen.end_m, 1.0) << fault.name;
     if (!fault.large) continue;
     EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
@@ -97,7 +97,7 @@ TEST(InsFault, OfTheGyroIsFoundByTheCourseOfTheFixesWhereTheLadarObservesNoHeadi
     std::printf("%s: worst %.2f m, outside %d of %d\n", fault.name.c_str(), seen.worst_m,
                 seen.beyond_protection, seen.samples);
     EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
-    EXPECT_EQ(seen.gps, Trusted::kFully) << fault.name;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << fault.name;
     EXPECT_LT(seen.worst_m, 2.0) << fault.name;
     EXPECT_EQ(seen.beyond_protection, 0) << fault.name;
   }
@@ -215,7 +215,7 @@ TEST(InsFault, NoFaultIsFoundInACleanDrive) {
     for (const bool gps_lost : {false, true}) {
       const Seen seen = drive_with(none, gps_lost, seed);
       EXPECT_TRUE(seen.findings.empty()) << "seed " << seed;
-      EXPECT_EQ(seen.ins, Trusted::kFully) << "seed " << seed;
+      EXPECT_EQ(seen.ins, SourceStatus::kFully) << "seed " << seed;
     }
   }
 }

@@ -27,8 +27,8 @@ NavState some_state(unsigned seed, bool inertial) {
   x.v_world = random6(&random, 6.0).head<3>();
   x.gyro_bias = random6(&random, 0.01).head<3>();
   x.accel_bias = random6(&random, 0.1).head<3>();
-  x.ahead_gain = random6(&random, 0.01).head<3>();
-  x.side_gain = random6(&random, 0.01).head<3>();
+  x.cross_axis_x = random6(&random, 0.01).head<3>();
+  x.cross_axis_y = random6(&random, 0.01).head<3>();
   x.rate_vehicle = random6(&random, 0.4).head<3>();
   x.mount = random6(&random, 0.02).head<3>();
   x.slip = random6(&random, 1.0).head<3>();
@@ -107,8 +107,8 @@ TEST(Predict, InertialNoiseEntersThroughTheIncrements) {
   // GIVEN Q of one step WHEN the increments are perturbed numerically THEN their images span Q
   NavState x = some_state(4, true);
   x.map_epoch = -1;
-  x.ahead_gain.setZero();
-  x.side_gain.setZero();  // its product with the noise is negligible
+  x.cross_axis_x.setZero();
+  x.cross_axis_y.setZero();  // its product with the noise is negligible
   const Earth earth;
   const double dt = 0.01;
   const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),

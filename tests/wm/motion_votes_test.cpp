@@ -170,7 +170,7 @@ TEST(LadarScales, AScaleAppliesFromItsBegin) {
   EXPECT_DOUBLE_EQ(wide.information(5, 5), 0.01);
 }
 
-/// Otherwise a LADAR that is distrusted measures nothing, also if it is the only source.
+/// Otherwise a LADAR that is suspected measures nothing, also if it is the only source.
 TEST(LadarScale, WhatAScanObservesIsStillObserved) {
   const RegistrationParams params;
   RollingMatch z;

@@ -29,8 +29,8 @@ void expect_aligned(Experiment e, double within_s) {
     e.sensors.seed = seed;
     e.drive.heading_rad = 0.3 * seed;
     const Score score = run(e);
-    EXPECT_TRUE(score.anchored) << seed;
-    EXPECT_LT(score.anchored_s, 10.0 + within_s) << seed;
+    EXPECT_TRUE(score.georeferenced) << seed;
+    EXPECT_LT(score.georeferenced_s, 10.0 + within_s) << seed;
     EXPECT_LT(score.worst_error_m, 2.0) << seed;
     EXPECT_LT(score.heading_error_rad, radians(1.0)) << seed;
     nees += score.nees_pose / kSeeds;
@@ -76,12 +76,12 @@ TEST(MovingStart, AVehicleThatMovesObliquelyFindsItsHeadingByItsTurns) {
     }
     estimator.fuse();
     estimator.clear_innovations();
-    if (!estimator.started() || !estimator.state().memory.anchored) continue;
+    if (!estimator.started() || !estimator.state().bookkeeping.georeferenced) continue;
     const Quat q = truth[i].T_world_vehicle.q * q_path_vehicle;
     const double yaw_rad = yaw_of(estimator.state().belief.x.T_world_vehicle.q);
     error_rad = std::max(error_rad, std::abs(wrap_angle(yaw_rad - yaw_of(q))));
   }
-  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_TRUE(estimator.state().bookkeeping.georeferenced);
   EXPECT_LT(error_rad, radians(10.0));
 }
 
@@ -109,11 +109,11 @@ TEST(MovingStart, ACourseIsNoHeadingOfAVehicleThatDoesNotMove) {
     estimator.fuse();
     estimator.clear_innovations();
     if (t < 9.5 && estimator.started()) {
-      EXPECT_FALSE(estimator.state().memory.anchored) << t;
+      EXPECT_FALSE(estimator.state().bookkeeping.georeferenced) << t;
     }
   }
   const Pose& here = estimator.state().belief.x.T_world_vehicle;
-  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_TRUE(estimator.state().bookkeeping.georeferenced);
   EXPECT_LT((here.p - truth.back().T_world_vehicle.p).head<2>().norm(), 2.0);
 }
 

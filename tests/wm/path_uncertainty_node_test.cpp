@@ -55,15 +55,15 @@ class PathUncertaintyServerTest : public ::testing::Test {
     queries_.publish(&query);
     deliver();
   }
-  void step(PathUncertaintyServer* desk, const FilterState* state) {
-    desk->step(state, &frame_, now_, &report_);
+  void step(PathUncertaintyServer* server, const FilterState* state) {
+    server->step(state, &frame_, now_, &report_);
     deliver();
     now_ += from_milliseconds(20.0);
   }
   /// Cycles until a result is published.
-  int answer(PathUncertaintyServer* desk) {
+  int answer(PathUncertaintyServer* server) {
     for (int cycles = 1; cycles <= kMaxCycles; ++cycles) {
-      step(desk, &state_);
+      step(server, &state_);
       if (!answers_.empty()) return cycles;
     }
     ADD_FAILURE() << "no result";
@@ -83,9 +83,9 @@ class PathUncertaintyServerTest : public ::testing::Test {
 };
 
 TEST_F(PathUncertaintyServerTest, ReportsTheWholePathOnePositionPerCycle) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   ask(7, {{500.0, -20.0}, {500.0, 80.0}});
-  const int cycles = answer(&desk);
+  const int cycles = answer(&server);
   const path_uncertainty_t& m = *answers_.front();
   EXPECT_EQ(m.issuer, "test");
   EXPECT_EQ(m.serial, 7);
@@ -133,27 +133,27 @@ TEST_F(PathUncertaintyServerTest, APositionInAnotherDatumIsTheSamePosition) {
 }
 
 TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPositions) {
-  PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
+  PathUncertaintyServer server({}, PriorTerrain(), &bus_);
   ask(1, {{100'000.0, 0.0}});
-  answer(&desk);
+  answer(&server);
   const path_uncertainty_t& m = *answers_.front();
   EXPECT_NEAR(m.n, 1000, 2);
   EXPECT_NEAR(m.travelled_m.back(), 1e5, 110.0);
 }
 
 TEST_F(PathUncertaintyServerTest, WithoutAMapBothPredictionsUseMotionOnly) {
-  PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
+  PathUncertaintyServer server({}, PriorTerrain(), &bus_);
   ask(1, {{500.0, 0.0}});
-  answer(&desk);
+  answer(&server);
   const path_uncertainty_t& m = *answers_.front();
   EXPECT_EQ(m.has_map, 0);
   EXPECT_EQ(m.sigma_with_map_m, m.sigma_dead_reckoning_m);
 }
 
 TEST_F(PathUncertaintyServerTest, AnInvalidQueryIsRejectedAtOnce) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   ask(1, {{500.0, 0.0}});
-  step(&desk, nullptr);
+  step(&server, nullptr);
   ASSERT_NE(answers_.front(), nullptr);
   EXPECT_EQ(answers_.latest()->state, int{path_uncertainty_t::STATE_NO_WORLD});
   answers_.pop();
@@ -163,7 +163,7 @@ TEST_F(PathUncertaintyServerTest, AnInvalidQueryIsRejectedAtOnce) {
        {std::vector<Vec2>{}, std::vector<Vec2>(1001, Vec2::Zero()), std::vector<Vec2>{{nan, 0.0}},
         std::vector<Vec2>{{0.0, 1e12}}}) {
     ask(++serial, bad);
-    step(&desk, &state_);
+    step(&server, &state_);
     ASSERT_NE(answers_.front(), nullptr);
     EXPECT_EQ(answers_.front()->state, int{path_uncertainty_t::STATE_BAD_PATH});
     EXPECT_EQ(answers_.front()->n, 0);
@@ -172,39 +172,39 @@ TEST_F(PathUncertaintyServerTest, AnInvalidQueryIsRejectedAtOnce) {
 }
 
 TEST_F(PathUncertaintyServerTest, ARepeatedQueryIsNotRestartedAndIsReportedAgain) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{500.0, -20.0}};
   ask(3, path);
-  for (int k = 0; k < 10; ++k) step(&desk, &state_);
+  for (int k = 0; k < 10; ++k) step(&server, &state_);
   ask(3, path);
-  EXPECT_EQ(answer(&desk), 20 - 10);
+  EXPECT_EQ(answer(&server), 20 - 10);
   const path_uncertainty_t first = *answers_.latest();
   answers_.pop();
   ask(3, path);
-  EXPECT_EQ(answer(&desk), 1);
+  EXPECT_EQ(answer(&server), 1);
   EXPECT_EQ(answers_.latest()->sigma_with_map_m, first.sigma_with_map_m);
 }
 
 TEST_F(PathUncertaintyServerTest, ANewerQueryOfAnIssuerReplacesItsOlder) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   ask(1, {{1500.0, -20.0}});
-  for (int k = 0; k < 10; ++k) step(&desk, &state_);
+  for (int k = 0; k < 10; ++k) step(&server, &state_);
   ask(2, {{60.0, -20.0}});
   ask(1, {{1500.0, -20.0}});  // late
-  answer(&desk);
+  answer(&server);
   EXPECT_EQ(answers_.latest()->serial, 2);
   EXPECT_EQ(answers_.latest()->n, 3);
 }
 
 // If repeated queries of two issuers cancelled each other, neither would get a result.
 TEST_F(PathUncertaintyServerTest, QueriesOfTwoIssuersAreProcessedInTurn) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{1500.0, -20.0}};
   std::vector<std::string> answered;
   for (int cycles = 0; cycles < 300; ++cycles) {
     if (cycles % 25 == 0) ask(1, path, "one");
     if (cycles % 25 == 12) ask(2, path, "two");
-    step(&desk, &state_);
+    step(&server, &state_);
     for (; !answers_.empty(); answers_.pop()) answered.push_back(answers_.front()->issuer);
   }
   ASSERT_GE(answered.size(), 2U);
@@ -213,9 +213,9 @@ TEST_F(PathUncertaintyServerTest, QueriesOfTwoIssuersAreProcessedInTurn) {
 }
 
 TEST_F(PathUncertaintyServerTest, ATooLongIssuerNameIsIgnored) {
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   ask(1, {{60.0, -20.0}}, std::string(65, 'x'));
-  for (int k = 0; k < 20; ++k) step(&desk, &state_);
+  for (int k = 0; k < 20; ++k) step(&server, &state_);
   EXPECT_TRUE(answers_.empty());
 }
 
@@ -229,12 +229,12 @@ TEST_F(PathUncertaintyServerTest, TilesAreLoadedAlongThePathAndReleased) {
   params.window = {50.0, 20e6};
   Result<PriorTerrain> prior = open_prior_terrain(params, false);
   ASSERT_TRUE(prior) << prior.error().message;
-  PathUncertaintyServer desk({}, std::move(prior).value(), &bus_);
+  PathUncertaintyServer server({}, std::move(prior).value(), &bus_);
   PathUncertaintyServer whole({}, in_memory(), &bus_);
   ask(1, {{1700.0, -20.0}});
-  step(&desk, &state_);
+  step(&server, &state_);
   step(&whole, &state_);
-  answer(&desk);
+  answer(&server);
   const path_uncertainty_t by_tiles = *answers_.latest();
   answers_.pop();
   answer(&whole);
@@ -244,12 +244,12 @@ TEST_F(PathUncertaintyServerTest, TilesAreLoadedAlongThePathAndReleased) {
 
 TEST_F(PathUncertaintyServerTest, AResultAfterWarmUpDoesNotAllocate) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
-  PathUncertaintyServer desk({}, in_memory(), &bus_);
+  PathUncertaintyServer server({}, in_memory(), &bus_);
   constexpr std::int64_t kWarm = 6;  // each slot of the inbox here has held a message
   for (std::int64_t serial = 1; serial <= kWarm; ++serial) {
     ask(serial, {{500.0, -20.0}, {900.0, 50.0}});
     const test::HeapGuard guard;
-    answer(&desk);
+    answer(&server);
     const std::int64_t allocations = guard.allocations();
     if (serial == kWarm) {
       EXPECT_EQ(allocations, 0);

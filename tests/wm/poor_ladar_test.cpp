@@ -90,7 +90,7 @@ Belief belief_after(double late_s) {
   }
   deliver(Stamp::max());
   estimator.fuse();
-  EXPECT_GT(estimator.trust().ladar_scale().position, 2.0) << "a scale is in use";
+  EXPECT_GT(estimator.fault_detection().ladar_scale().position, 2.0) << "a scale is in use";
   return estimator.state().belief;
 }
 

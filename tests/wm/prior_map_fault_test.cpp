@@ -14,14 +14,14 @@ class Drive {
     state_.belief = initial_belief(WmParams{}, from_utime(1'000'000));
     state_.belief.P.diagonal().segment<3>(kPosition).setConstant(sigma_m * sigma_m);
     state_.belief.P.diagonal().segment<3>(kAttitude).setConstant(1e-6);
-    state_.memory.anchored = true;
+    state_.bookkeeping.georeferenced = true;
   }
 
   /// @return the reason of the newest of several matches with this position difference
   Reason match(int matches, const Vec3& off, std::int64_t tile_id, const MapBias& bias) {
     Reason reason = Reason::kInvalid;
     for (int i = 0; i < matches; ++i) {
-      state_.memory.distance_m += 1.0;
+      state_.bookkeeping.distance_m += 1.0;
       state_.belief.P.diagonal().segment<3>(kPosition).array() +=
           1e-4;  // the belief drifts a little
       PriorMatch z;
@@ -51,14 +51,14 @@ TEST(PriorMapFault, AWrongTileIsDetectedNeverFollowedAndRegainsWeightByAgreement
   EXPECT_EQ(drive.match(30, Vec3::Zero(), 1, kSurvey), Reason::kAccepted);
   EXPECT_NE(drive.match(1, kWrong, 1, kSurvey), Reason::kAccepted);
   EXPECT_EQ(drive.match(30, kWrong, 1, kSurvey), Reason::kQuarantine);
-  EXPECT_TRUE(drive.state().memory.newest_tile.doubted);
-  EXPECT_EQ(drive.state().memory.newest_tile.tile_id, 1);
-  EXPECT_GT(drive.state().memory.newest_tile.excess, TileTrust::kReadmittedBelow);
+  EXPECT_TRUE(drive.state().bookkeeping.newest_tile.suspected);
+  EXPECT_EQ(drive.state().bookkeeping.newest_tile.tile_id, 1);
+  EXPECT_GT(drive.state().bookkeeping.newest_tile.excess, TileStatus::kReadmittedBelow);
   EXPECT_LT(drive.state().belief.x.T_world_vehicle.p.norm(), 0.05);
   // The next tile of a wrong survey does not start with full weight.
   EXPECT_EQ(drive.match(1, kWrong, 2, kSurvey), Reason::kQuarantine);
   EXPECT_EQ(drive.match(400, Vec3::Zero(), 2, kSurvey), Reason::kAccepted);
-  EXPECT_FALSE(drive.state().memory.newest_tile.doubted);
+  EXPECT_FALSE(drive.state().bookkeeping.newest_tile.suspected);
   // The first tile has not yet agreed again.
   EXPECT_EQ(drive.match(1, Vec3::Zero(), 1, kSurvey), Reason::kQuarantine);
 }
@@ -66,12 +66,12 @@ TEST(PriorMapFault, AWrongTileIsDetectedNeverFollowedAndRegainsWeightByAgreement
 TEST(PriorMapFault, AnUncertainPositionDoesNotChangeTheWeightOfATile) {
   Drive drive(20.0);
   EXPECT_EQ(drive.match(1, kWrong, 1, kSurvey), Reason::kAccepted);
-  for (const TileTrust& tile : drive.state().memory.tiles) EXPECT_NEAR(tile.excess, 1.0, 0.1);
+  for (const TileStatus& tile : drive.state().bookkeeping.tiles) EXPECT_NEAR(tile.excess, 1.0, 0.1);
 }
 
 TEST(PriorMapFault, TheErrorOfTheSurveyIsAccepted) {
   Drive drive(20.0);
-  const auto offset_variance = [&] { return drive.state().belief.P(kMapOffset, kMapOffset); };
+  const auto offset_variance = [&] { return drive.state().belief.P(kMapBias, kMapBias); };
   drive.match(1, Vec3::Zero(), 1, {});
   EXPECT_NEAR(offset_variance(), 1.0, 0.1);  // the map does not state its error
   const double margin = WmParams{}.prior.bias_margin;

@@ -28,14 +28,14 @@ TEST(SourceMonitor, AMillionRandomFactsKeepTheLawsOfTheTable) {
   for (int k = 0; k < 1'000'000; ++k) {
     const SourceFacts facts = facts_of(static_cast<unsigned>(random()) % 32U);
     const SourceState next = next_state(state, facts);
-    ASSERT_EQ(is_fused(next), !facts.withheld) << "the state contradicts the filter";
+    ASSERT_EQ(is_fused(next), !facts.excluded) << "the state contradicts the filter";
     if (!is_fused(state) && next == SourceState::kProbation) {
       ASSERT_TRUE(facts.readmitted);
     }
     if (is_fused(state) && next == SourceState::kProbation) {
       ASSERT_TRUE(state == SourceState::kProbation && facts.watched);
     }
-    ASSERT_EQ(next == SourceState::kReadmitting, facts.withheld && facts.agrees);
+    ASSERT_EQ(next == SourceState::kReadmitting, facts.excluded && facts.agrees);
     seen.insert({state, next});
     state = next;
   }

@@ -36,8 +36,8 @@ TEST(StartOnMap, FrameWorldBeginsAtAMatch) {
   experiment.drive.length_s = 20.0;
   Rig rig(experiment);
   const FilterState& s = start_on_map(&rig, Vec3(0.5, -0.4, 0.2), 0.5, 0.01).estimator.state();
-  EXPECT_TRUE(s.memory.anchored);
-  EXPECT_EQ(s.memory.world_resets, 1);
+  EXPECT_TRUE(s.bookkeeping.georeferenced);
+  EXPECT_EQ(s.bookkeeping.world_resets, 1);
   const Truth& at = rig.truth.back();
   const Vec3 off = s.belief.x.T_world_vehicle.p - at.T_world_vehicle.p;
   EXPECT_LT(off.norm(), 1.5);
@@ -45,9 +45,9 @@ TEST(StartOnMap, FrameWorldBeginsAtAMatch) {
   EXPECT_LT(off.dot(P.ldlt().solve(off)), 11.3);  // 99 %
   // The error is that of the survey there, and the covariance covers it: position and prior-map
   // bias together are known better than each alone.
-  const Mat3 O = s.belief.P.block<3, 3>(kMapOffset, kMapOffset);
-  const Mat3 both = P + O + s.belief.P.block<3, 3>(kPosition, kMapOffset) +
-                    s.belief.P.block<3, 3>(kMapOffset, kPosition);
+  const Mat3 O = s.belief.P.block<3, 3>(kMapBias, kMapBias);
+  const Mat3 both = P + O + s.belief.P.block<3, 3>(kPosition, kMapBias) +
+                    s.belief.P.block<3, 3>(kMapBias, kPosition);
   const double survey_m = PriorMapParams{}.bias_margin * 0.3;
   EXPECT_GT(P.trace(), 3.0 * survey_m * survey_m);
   EXPECT_LT(both.trace(), 0.6 * P.trace());
@@ -58,9 +58,11 @@ TEST(StartOnMap, AMatchWithoutHeadingInformationIsRejectedAsAStart) {
   Experiment experiment;
   experiment.drive.length_s = 16.0;
   Rig rig(experiment);
-  EXPECT_FALSE(start_on_map(&rig, Vec3::Zero(), 0.5, 0.2).estimator.state().memory.anchored);
+  EXPECT_FALSE(
+      start_on_map(&rig, Vec3::Zero(), 0.5, 0.2).estimator.state().bookkeeping.georeferenced);
   Rig other(experiment);
-  EXPECT_FALSE(start_on_map(&other, Vec3::Zero(), 20.0, 0.01).estimator.state().memory.anchored);
+  EXPECT_FALSE(
+      start_on_map(&other, Vec3::Zero(), 20.0, 0.01).estimator.state().bookkeeping.georeferenced);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(SuccessiveFaults, TheInsIsReadmittedWhileGpsIsExcluded) {
   EXPECT_TRUE(excluded(seen.gps));
   EXPECT_LT(first(seen, Finding::kInsFaulty), 55.0);
   EXPECT_LT(first(seen, Finding::kInsReadmitted), 80.0);
-  EXPECT_EQ(seen.ins, Trusted::kFully);
+  EXPECT_EQ(seen.ins, SourceStatus::kFully);
   EXPECT_EQ(seen.beyond_protection, 0);
 }
 

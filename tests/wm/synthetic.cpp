@@ -140,10 +140,10 @@ RollingMatch Sensors::scan(std::size_t i) {
   return out;
 }
 
-PriorMatch Sensors::prior(std::size_t i, const Vec3& map_offset) {
+PriorMatch Sensors::prior(std::size_t i, const Vec3& map_bias) {
   PriorMatch out;
   out.T_world_vehicle = truth_[i].T_world_vehicle * exp_se3(scan_noise());
-  out.T_world_vehicle.p += map_offset;
+  out.T_world_vehicle.p += map_bias;
   out.information = scan_information();
   return out;
 }

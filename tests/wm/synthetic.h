@@ -53,7 +53,7 @@ class Sensors {
   GeodeticFix gps(std::size_t i);
   /// The map drifts between calls by params.drive; the first call seeds it.
   RollingMatch scan(std::size_t i);
-  PriorMatch prior(std::size_t i, const Vec3& map_offset);
+  PriorMatch prior(std::size_t i, const Vec3& map_bias);
   OdometrySample odometry(std::size_t i);
 
  private:

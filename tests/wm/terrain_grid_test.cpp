@@ -274,6 +274,42 @@ TEST_F(TerrainGridTest, ARockIsDetectedWithUnknownGroundBehindIt) {
 
 // Against least squares by QR, cell by cell. The size of the patch is not a multiple of the SIMD
 // lanes.
+// Seen in the new frame, which begins at the vehicle, level.
+TEST_F(TerrainGridTest, TheTerrainAheadMovesToAnotherFrame) {
+  scan(T_, true);
+  const Points first = points_;
+  for (int k = 0; k < 10; ++k) scan(T_, true);
+  EXPECT_EQ(grid_.agreement(first, T_).agree, grid_.agreement(first, T_).points);
+  EXPECT_GT(grid_.agreement(first, T_).points, 500);
+  const Pose turned{exp_so3(Vec3(0.0, 0.0, 1.5)), Vec3::Zero()};
+  EXPECT_LT(2 * grid_.agreement(first, turned * T_).agree, grid_.agreement(first, T_).points);
+
+  const Quat turn = exp_so3(Vec3(0.0, 0.0, 0.6));
+  const Pose T_old_new{turn, Vec3(0.0, 0.0, 0.9)};
+  const Pose T_new_vehicle = T_old_new.inverse() * T_;
+  const auto new_place = [&](double x, double y) {
+    return Vec3(turn.conjugate() * Vec3(x, y, 0.0));
+  };
+  const Vec3 plain = new_place(6.0, 3.0);
+  const Vec3 box = new_place(10.0, 0.0);
+  const Vec3 far = new_place(14.0, 2.0);
+  const Pose facing{T_new_vehicle.q, T_new_vehicle.p};
+  grid_.keep_ahead(T_old_new, facing);
+  EXPECT_NEAR(at(facing, plain.x(), plain.y()).height_m, ground(6.0) - 0.9, 0.1);
+  EXPECT_TRUE(at(facing, box.x(), box.y()).obstacle);
+  EXPECT_FALSE(at(facing, far.x(), far.y()).known) << "not compared with a scan";
+  EXPECT_FALSE(grid_.empty());
+}
+
+TEST_F(TerrainGridTest, NothingBehindTheVehicleIsKept) {
+  for (int k = 0; k < 10; ++k) scan(T_, false);
+  const Pose ahead{T_.q, Vec3(8.0, 0.0, T_.p.z() + ground(8.0))};
+  ASSERT_TRUE(at(ahead, 5.0, 1.0).known);
+  grid_.keep_ahead(Pose{}, ahead);
+  EXPECT_FALSE(at(ahead, 5.0, 1.0).known);
+  EXPECT_TRUE(at(ahead, 11.0, 1.0).known);
+}
+
 TEST(TerrainPatch, IsThePlaneThroughTheNeighbouringKnownCells) {
   TerrainParams params;
   params.patch = 70;

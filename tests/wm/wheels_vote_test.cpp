@@ -14,12 +14,12 @@ struct Off {
   double turn_radps = 0.0;
 };
 
-struct Heard {
+struct Received {
   bool fixes = true, velocities = true, ins = true;
 };
 
-WheelsVote drive(const Off& wheels, const Off& ladar, const Heard& heard, double length_s = 10.0,
-                 int every = 2) {
+WheelsVote drive(const Off& wheels, const Off& ladar, const Received& received,
+                 double length_s = 10.0, int every = 2) {
   constexpr double kSpeed_mps = 8.0, kTurn_radps = 0.1;
   const auto pose = [](double t, const Off& off) {
     const double radps = kTurn_radps + off.turn_radps;
@@ -37,30 +37,30 @@ WheelsVote drive(const Off& wheels, const Off& ladar, const Heard& heard, double
     sample.yaw_rate_radps = kTurn_radps + wheels.turn_radps;
     vote.add(stamp, sample, 1.0);
     const Pose truth = pose(t, {});
-    if (k % 4 == 0 && heard.fixes) {
+    if (k % 4 == 0 && received.fixes) {
       GpsFix fix;
       fix.p_world = truth.p;
-      fix.has_velocity = heard.velocities;
-      if (heard.velocities) fix.v_world = truth.q * Vec3(kSpeed_mps, 0.0, 0.0);
+      fix.has_velocity = received.velocities;
+      if (received.velocities) fix.v_world = truth.q * Vec3(kSpeed_mps, 0.0, 0.0);
       vote.add(stamp, fix);
     }
     if (k % every != 0) continue;
     RollingMatch match;
     match.T_rolling_vehicle = pose(t, ladar);
     const Quat by_ins = truth.q;
-    vote.add(stamp, match, heard.ins ? &by_ins : nullptr);
+    vote.add(stamp, match, received.ins ? &by_ins : nullptr);
   }
   return vote;
 }
 
-constexpr Heard kFixes{true, true, false}, kPositions{true, false, false}, kIns{false, false, true},
-    kNobody{false, false, false};
+constexpr Received kFixes{true, true, false}, kPositions{true, false, false},
+    kIns{false, false, true}, kNobody{false, false, false};
 
 TEST(WheelsVote, TwoThatAgreeContradictWrongWheels) {
-  for (const Heard& heard : {kFixes, kPositions}) {
-    EXPECT_TRUE(drive({0.0, 0.1}, {}, heard).contradicts());
-    EXPECT_TRUE(drive({-1.5, 0.0}, {}, heard).contradicts());
-    EXPECT_TRUE(drive({-1.5, 0.0}, {}, heard).by_fixes());
+  for (const Received& received : {kFixes, kPositions}) {
+    EXPECT_TRUE(drive({0.0, 0.1}, {}, received).contradicts());
+    EXPECT_TRUE(drive({-1.5, 0.0}, {}, received).contradicts());
+    EXPECT_TRUE(drive({-1.5, 0.0}, {}, received).by_fixes());
   }
   EXPECT_TRUE(drive({0.0, -0.06}, {}, kIns).contradicts());
   EXPECT_FALSE(drive({0.0, -0.06}, {}, kIns).by_fixes());

@@ -169,14 +169,14 @@ class Campaign {
   /// Runs of filters equivalent to the sub-filters of WM, for logs in which they are not published.
   Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
                         DrillRunMetrics* metrics) const {
-    constexpr Withheld kKinds[kSubfilterKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
-                                                  Withheld::kGps};
+    constexpr Denied kKinds[kSubfilterKinds] = {Denied::kLadarOdometryAndGps, Denied::kLadar,
+                                                Denied::kGps};
     const Drill& drill = results_[job.drill].drill;
     const DrillErrors errors(fused);
     options.log.clear();
     options.progress = {};
     for (std::size_t k = 0; k < kSubfilterKinds; ++k) {
-      options.withheld = kKinds[k];
+      options.denied = kKinds[k];
       const Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
       if (!run) return run.error();
       metrics->baselines[k] = run_baseline(drill, errors, run->record);

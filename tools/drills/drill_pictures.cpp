@@ -137,8 +137,8 @@ report::Colour colour_of_mode(int mode) {
   }
 }
 
-std::optional<report::Colour> colour_of_trust(int trust) {
-  switch (trust) {
+std::optional<report::Colour> colour_of_status(int status) {
+  switch (status) {
     case integrity_t::STATUS_ACCEPTED:
     case integrity_t::STATUS_SUSPECT:
       return report::Colour::kBlue;
@@ -269,8 +269,8 @@ report::Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   for (const DrillIntegrity& i : record.integrity) {
     const double t_s = errors.time_s(i.stamp);
     if (t_s < from_s) continue;
-    gps.at(t_s, colour_of_trust(i.gps));
-    ladar.at(t_s, colour_of_trust(i.ladar));
+    gps.at(t_s, colour_of_status(i.gps));
+    ladar.at(t_s, colour_of_status(i.ladar));
     alerts.at(t_s, i.alerts == 0 ? std::nullopt : std::optional(report::Colour::kOrange));
   }
   gps.end();

@@ -24,10 +24,10 @@ std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& opti
   const auto withhold = [&](DrillSource source) {
     stimuli.push_back(dropout(source, begin_s, kForGood_s));
   };
-  const bool inertial = options.withheld == Withheld::kLadarOdometryAndGps;
+  const bool inertial = options.denied == Denied::kLadarOdometryAndGps;
   if (inertial) withhold(DrillSource::kOdometry);
-  if (inertial || options.withheld == Withheld::kLadar) withhold(DrillSource::kLadar);
-  if (inertial || options.withheld == Withheld::kGps) withhold(DrillSource::kGps);
+  if (inertial || options.denied == Denied::kLadar) withhold(DrillSource::kLadar);
+  if (inertial || options.denied == Denied::kGps) withhold(DrillSource::kGps);
   return stimuli;
 }
 

@@ -25,10 +25,10 @@ struct DrillVehicle {
 
 /// A separate run in which some source is excluded from the first stimulus on, as in a sub-filter
 /// of WM.
-enum class Withheld { kNothing, kLadarOdometryAndGps, kLadar, kGps };
+enum class Denied { kNothing, kLadarOdometryAndGps, kLadar, kGps };
 
 struct DrillRunOptions {
-  Withheld withheld = Withheld::kNothing;
+  Denied denied = Denied::kNothing;
   bool undisturbed = false;                   ///< no stimulus at all
   const DrillReference* reference = nullptr;  ///< nullptr: SIM_TRUTH
   std::string log;                            ///< path of a log of the run; empty: none

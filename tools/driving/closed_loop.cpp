@@ -219,9 +219,9 @@ class Notes {
     Pose T;
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T));
     const Vec2 v = from_message(m.v_world_mps).head<2>();
-    const double since_s = heard_ ? seconds(from_utime(m.utime) - sample_.stamp) : 0.0;
-    if (heard_) run_.distance_m += (T.p - sample_.T_world_vehicle.p).head<2>().norm();
-    heard_ = true;
+    const double since_s = received_ ? seconds(from_utime(m.utime) - sample_.stamp) : 0.0;
+    if (received_) run_.distance_m += (T.p - sample_.T_world_vehicle.p).head<2>().norm();
+    received_ = true;
     run_.worst_tilt_rad =
         std::max(run_.worst_tilt_rad, std::acos(std::clamp((T.q * Vec3::UnitZ()).z(), -1.0, 1.0)));
     sample_.stamp = from_utime(m.utime);
@@ -264,7 +264,7 @@ class Notes {
     RCS_CHECK(from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle));
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle));
     T_local_vehicle_ = T_local_vehicle;
-    if (!heard_) return;
+    if (!received_) return;
     if (!sample_.estimated) {
       T_world_local_ = sample_.T_world_vehicle * T_local_vehicle.inverse();
       if (options_.frame == command_t::FRAME_LOCAL) {
@@ -283,7 +283,7 @@ class Notes {
   void take(const plan_t& m) {
     const bool often =
         !run_.plans.empty() && from_utime(m.utime) - run_.plans.back().stamp < from_seconds(1.0);
-    if (!heard_ || m.n == 0 || often) return;
+    if (!received_ || m.n == 0 || often) return;
     const Pose T_world_local = sample_.T_world_vehicle * T_local_vehicle_.inverse();
     ClosedLoopPlan plan{from_utime(m.utime), {}};
     for (const plan_point_t& p : m.point) {
@@ -307,7 +307,7 @@ class Notes {
   Stamp fix_ = Stamp(std::chrono::seconds(-10));
   Pose T_local_vehicle_;
   Pose T_world_local_;
-  bool heard_ = false;
+  bool received_ = false;
   bool collides_ = false;
   int contacts_ = 0;
   bool touches_ = false;

@@ -242,7 +242,7 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
                 {"failed", s.failed},
                 {"dropped", s.dropped},
                 {"unaccounted", s.unaccounted},
-                {"results_not_received", s.not_heard},
+                {"results_not_received", s.not_received},
                 {"facets_sent", s.facets_sent},
                 {"facets_lost", s.facets_lost},
                 {"facets_rejected", s.facets_refused}}},

@@ -51,7 +51,7 @@ void ScanCounts::add(const ScanCounts& other) {
   failed += other.failed;
   dropped += other.dropped;
   unaccounted += other.unaccounted;
-  not_heard += other.not_heard;
+  not_received += other.not_received;
   facets_sent += other.facets_sent;
   facets_lost += other.facets_lost;
   facets_refused += other.facets_refused;
@@ -156,11 +156,11 @@ ScanCounts ScanLatencyTrace::count() const {
   }
   // Scans without a result: either the published result was lost in transmission, or sp missed the
   // scan and reports it.
-  const std::int64_t heard = counts.sent - silent;
-  counts.not_heard = std::clamp<std::int64_t>(account_.answered - heard, 0, silent);
-  counts.full += counts.not_heard;
-  counts.dropped = std::clamp<std::int64_t>(account_.dropped, 0, silent - counts.not_heard);
-  counts.unaccounted = silent - counts.not_heard - counts.dropped;
+  const std::int64_t received = counts.sent - silent;
+  counts.not_received = std::clamp<std::int64_t>(account_.answered - received, 0, silent);
+  counts.full += counts.not_received;
+  counts.dropped = std::clamp<std::int64_t>(account_.dropped, 0, silent - counts.not_received);
+  counts.unaccounted = silent - counts.not_received - counts.dropped;
   return counts;
 }
 

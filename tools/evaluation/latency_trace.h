@@ -26,7 +26,7 @@ struct ScanCounts {
   std::int64_t dropped = 0;      ///< sp reports that none of its facets arrived
   std::int64_t unaccounted = 0;  ///< no message accounts for it
   /// Of the full ones: reported by sp, but the result was not received here.
-  std::int64_t not_heard = 0;
+  std::int64_t not_received = 0;
   std::int64_t facets_sent = 0;
   std::int64_t facets_lost = 0;
   std::int64_t facets_refused = 0;

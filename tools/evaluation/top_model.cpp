@@ -58,8 +58,8 @@ TopView::Nav view_nav(const nav_state_t& m) {
   return nav;
 }
 
-TopView::Status view_status(const status_t& m, Duration heard) {
-  return {heard,
+TopView::Status view_status(const status_t& m, Duration received) {
+  return {received,
           std::string(status_name(m.status)),
           printable(m.state),
           printable(m.reason),
@@ -68,8 +68,8 @@ TopView::Status view_status(const status_t& m, Duration heard) {
           std::string(emergency_stop_name(m.emergency_stop))};
 }
 
-TopView::Routes view_routes(const routes_t& m, Duration heard) {
-  TopView::Routes routes{heard, m.route.size(), m.alert_limit_m, std::nullopt};
+TopView::Routes view_routes(const routes_t& m, Duration received) {
+  TopView::Routes routes{received, m.route.size(), m.alert_limit_m, std::nullopt};
   for (const route_t& r : m.route) {
     if (r.verdict != route_t::VERDICT_CHOSEN) continue;
     routes.chosen = TopView::Routes::Chosen{r.length_m, r.time_s, r.level_max_m};
@@ -211,8 +211,9 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
     n.cpu_us.forget_before(oldest);
     view_work(&n);
     TopView::Node& f = n.metrics;
-    f.heard = n.process_arrival ? std::optional<Duration>(now - *n.process_arrival) : std::nullopt;
-    f.alive = f.heard && *f.heard < kSilent;
+    f.received =
+        n.process_arrival ? std::optional<Duration>(now - *n.process_arrival) : std::nullopt;
+    f.alive = f.received && *f.received < kSilent;
     f.up = now - n.start;
     if (f.alive) run_start = std::min(run_start.value_or(n.start), n.start);
     f.account_hz = n.accounts.rate();
@@ -229,7 +230,7 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
   }
   if (nav_) {
     view.nav = view_nav(nav_->message);
-    view.nav->heard = now - nav_->arrival;
+    view.nav->received = now - nav_->arrival;
   }
   if (integrity_) {
     const integrity_t& m = integrity_->message;
@@ -252,7 +253,7 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
   if (status_) view.status = view_status(status_->message, now - status_->arrival);
   if (mission_) view.mission = view_status(mission_->message, now - mission_->arrival);
   if (routes_) view.routes = view_routes(routes_->message, now - routes_->arrival);
-  for (const Heard<event_t>& e : events_) {
+  for (const Received<event_t>& e : events_) {
     const std::optional<Duration> of_run =
         run_start ? std::optional<Duration>(e.arrival - *run_start) : std::nullopt;
     view.events.push_back({now - e.arrival, of_run, printable(e.message.node), e.message.severity,

@@ -54,7 +54,7 @@ struct TopView {
   };
   struct Node {
     std::string name;
-    std::optional<Duration> heard;  ///< since its last process_t; nullopt: none received
+    std::optional<Duration> received;  ///< since its last process_t; nullopt: none received
     bool alive = false;
     std::int64_t pid = 0;
     Duration up{};
@@ -77,7 +77,7 @@ struct TopView {
     std::vector<Input> inputs;
   };
   struct Nav {
-    Duration heard{};
+    Duration received{};
     std::string mode;
     bool pose_valid = false;
     bool world_valid = false;
@@ -98,7 +98,7 @@ struct TopView {
     std::vector<Age> ages;
   };
   struct Integrity {
-    Duration heard{};
+    Duration received{};
     bool bounded = false;  ///< the protection levels are finite
     double protection_horizontal_m = 0.0;
     double protection_vertical_m = 0.0;
@@ -110,12 +110,12 @@ struct TopView {
     std::string ladar;
   };
   struct Fix {
-    Duration heard{};
+    Duration received{};
     std::string type;
     int satellites = 0;
   };
   struct Status {
-    Duration heard{};
+    Duration received{};
     std::string status;
     std::string state;
     std::string reason;
@@ -125,7 +125,7 @@ struct TopView {
   };
   /// The last choice of the mission.
   struct Routes {
-    Duration heard{};
+    Duration received{};
     std::size_t candidates = 0;
     double alert_limit_m = 0.0;
     struct Chosen {
@@ -203,7 +203,7 @@ class TopModel {
     std::map<std::string, InputState> inputs;
   };
   template <class T>
-  struct Heard {
+  struct Received {
     Stamp arrival;
     T message;
   };
@@ -212,13 +212,13 @@ class TopModel {
   void view_work(NodeState* n) const;
 
   std::map<std::string, NodeState> nodes_;
-  std::deque<Heard<event_t>> events_;  // newest first
-  std::optional<Heard<nav_state_t>> nav_;
-  std::optional<Heard<integrity_t>> integrity_;
-  std::optional<Heard<gps_fix_t>> fix_;
-  std::optional<Heard<status_t>> status_;
-  std::optional<Heard<status_t>> mission_;
-  std::optional<Heard<routes_t>> routes_;
+  std::deque<Received<event_t>> events_;  // newest first
+  std::optional<Received<nav_state_t>> nav_;
+  std::optional<Received<integrity_t>> integrity_;
+  std::optional<Received<gps_fix_t>> fix_;
+  std::optional<Received<status_t>> status_;
+  std::optional<Received<status_t>> mission_;
+  std::optional<Received<routes_t>> routes_;
   std::map<std::string, std::int64_t> malformed_;
 };
 

@@ -134,7 +134,7 @@ LinearEdge linearize_position(const PoseGraph& g, const GraphState& s, const Gps
   const Vec3 p_node = e.T_node_vehicle * g.p_vehicle_antenna;
   LinearEdge out;
   out.kind = EdgeKind::kGpsPosition;
-  out.r = T * p_node + s.gps_offset[e.stretch] - e.p_world_antenna;
+  out.r = T * p_node + s.gps_bias[e.stretch] - e.p_world_antenna;
   MatrixXd J(3, 6);
   J << R, -R * hat(p_node);
   out.blocks = {{c.pose(e.node), J}, {c.gps(e.stretch), Mat3::Identity()}};
@@ -219,16 +219,16 @@ std::vector<LinearEdge> linearize_priors(const PoseGraph& g, const GraphState& s
                          s.accel_bias[k] - s.accel_bias[k - 1], Vec3::Constant(p.accel_wander_mps2),
                          1.0));
   }
-  for (std::size_t k = 0; k < s.gps_offset.size(); ++k) {
+  for (std::size_t k = 0; k < s.gps_bias.size(); ++k) {
     const double keeps = k == 0 ? 0.0 : std::exp(-g.gps_stretch_s / p.gps_tau_s);
     const Vec3 sigma = p.gps_sigma_m * std::sqrt(1.0 - keeps * keeps);
     const std::size_t before = k == 0 ? 0 : k - 1;
     if (k == 0) {
-      LinearEdge e = single(c.gps(0), s.gps_offset[0], 1.0);
+      LinearEdge e = single(c.gps(0), s.gps_bias[0], 1.0);
       whiten(MatrixXd(sigma.cwiseInverse().asDiagonal()), &e);
       out.push_back(e);
     } else {
-      out.push_back(wander(c.gps(before), c.gps(k), s.gps_offset[k] - keeps * s.gps_offset[before],
+      out.push_back(wander(c.gps(before), c.gps(k), s.gps_bias[k] - keeps * s.gps_bias[before],
                            sigma, keeps));
     }
   }
@@ -261,8 +261,8 @@ GraphState moved(const GraphState& s, const VectorXd& dx) {
     out.gyro_bias[k] += dx.segment<3>(c.gyro_bias(k));
     out.accel_bias[k] += dx.segment<3>(c.accel_bias(k));
   }
-  for (std::size_t k = 0; k < s.gps_offset.size(); ++k) {
-    out.gps_offset[k] += dx.segment<3>(c.gps(k));
+  for (std::size_t k = 0; k < s.gps_bias.size(); ++k) {
+    out.gps_bias[k] += dx.segment<3>(c.gps(k));
   }
   SharedErrors& shared = out.shared;
   shared.mount = s.shared.mount * exp_se3(dx.segment<6>(c.mount()));

@@ -29,7 +29,7 @@ struct GraphState {
   std::vector<Vec3> v_world;          ///< [m/s]
   std::vector<Vec3> gyro_bias;        ///< by section of nodes [rad/s]
   std::vector<Vec3> accel_bias;       ///< [m/s^2]
-  std::vector<Vec3> gps_offset;       ///< GPS bias, by its sections [m]
+  std::vector<Vec3> gps_bias;         ///< GPS bias, by its sections [m]
   SharedErrors shared;
 };
 
@@ -128,7 +128,7 @@ class Columns {
   explicit Columns(const GraphState& s)
       : nodes_(static_cast<int>(s.T_world_vehicle.size())),
         biases_(static_cast<int>(s.gyro_bias.size())),
-        fixes_(static_cast<int>(s.gps_offset.size())) {}
+        fixes_(static_cast<int>(s.gps_bias.size())) {}
 
   [[nodiscard]] int pose(std::size_t node) const { return 9 * static_cast<int>(node); }
   [[nodiscard]] int velocity(std::size_t node) const { return pose(node) + 6; }

@@ -213,8 +213,8 @@ ReferenceGraph make_reference_graph(const ReferenceRecording& r, const wm::WmPar
       g.start.gyro_bias.push_back(b.gyro_bias);
       g.start.accel_bias.push_back(b.accel_bias);
     }
-    if (g.gps_stretch.back() >= g.start.gps_offset.size()) {
-      g.start.gps_offset.emplace_back(Vec3::Zero());
+    if (g.gps_stretch.back() >= g.start.gps_bias.size()) {
+      g.start.gps_bias.emplace_back(Vec3::Zero());
     }
   }
   set_priors(r, wm, params, &g);

@@ -145,7 +145,7 @@ void write_navigation(const TopView& view, MetricsWriter* out) {
     out->describe("rcs_world_valid", "gauge", "1 if the pose is georeferenced.");
     out->count("rcs_world_valid", "", nav.world_valid ? 1 : 0);
     out->describe("rcs_navigation_age_seconds", "gauge", "Since the last WM_NAV_STATE.");
-    out->sample("rcs_navigation_age_seconds", "", seconds(nav.heard));
+    out->sample("rcs_navigation_age_seconds", "", seconds(nav.received));
     out->describe("rcs_source_age_seconds", "gauge",
                   "Since the last measurement of a source that WM accepted.");
     for (const TopView::Nav::Age& age : nav.ages) {
@@ -240,7 +240,7 @@ Json to_json(const TopView& view) {
     const TopView::Nav& n = *view.nav;
     Json ages = Json::object();
     for (const TopView::Nav::Age& age : n.ages) ages[age.source] = s_of(age.age);
-    out["nav"] = {{"age_s", seconds(n.heard)},
+    out["nav"] = {{"age_s", seconds(n.received)},
                   {"mode", n.mode},
                   {"pose_valid", n.pose_valid},
                   {"world_valid", n.world_valid},
@@ -259,7 +259,7 @@ Json to_json(const TopView& view) {
   if (view.integrity) {
     const TopView::Integrity& i = *view.integrity;
     out["integrity"] = {
-        {"age_s", seconds(i.heard)},
+        {"age_s", seconds(i.received)},
         {"bounded", i.bounded},
         {"protection_horizontal_m", i.bounded ? Json(i.protection_horizontal_m) : Json()},
         {"protection_vertical_m", i.bounded ? Json(i.protection_vertical_m) : Json()},
@@ -271,15 +271,15 @@ Json to_json(const TopView& view) {
         {"ladar", i.ladar}};
   }
   if (view.fix) {
-    out["fix"] = {{"age_s", seconds(view.fix->heard)},
+    out["fix"] = {{"age_s", seconds(view.fix->received)},
                   {"type", view.fix->type},
                   {"satellites", view.fix->satellites}};
   }
   if (view.status) {
     const TopView::Status& s = *view.status;
-    out["bg"] = {{"age_s", seconds(s.heard)}, {"status", s.status},
-                 {"state", s.state},          {"reason", s.reason},
-                 {"issuer", s.issuer},        {"emergency_stop", s.emergency_stop}};
+    out["bg"] = {
+        {"age_s", seconds(s.received)}, {"status", s.status}, {"state", s.state},
+        {"reason", s.reason},           {"issuer", s.issuer}, {"emergency_stop", s.emergency_stop}};
   }
   for (const TopView::Event& e : view.events) {
     out["events"].push_back({{"age_s", seconds(e.age)},

@@ -21,7 +21,7 @@ constexpr double kSpreadEnds_m = 0.02;
 // Steps that shrink slowly are not halved: where the map has few of the slopes of the scan, all
 // steps are short.
 constexpr double kShrinks = 0.98;
-constexpr double kLeastDamping = 0.1;
+constexpr double kMinDamping = 0.1;
 constexpr double kNewtonLonger = 5.0;  // longest Newton step, in other steps
 
 constexpr int kUnknowns = 7;
@@ -183,7 +183,7 @@ RasterSteps converge(const RasterFit& s, const std::vector<ScanGroundCell>& cell
     ++steps.taken;
     steps.converged = final && step_m < smallest_m;
     if (steps.converged) break;
-    if (final && step_m > kShrinks * last_m) damping = std::max(kLeastDamping, 0.5 * damping);
+    if (final && step_m > kShrinks * last_m) damping = std::max(kMinDamping, 0.5 * damping);
     if (final) last_m = step_m;
     spread_m = spread_m < kSpreadEnds_m ? 0.0 : kSpreadSinks * spread_m;
   }

@@ -34,7 +34,7 @@ constexpr double kBlock_m = 5.0;
 constexpr double kBlockCells = 3.0;      // a block is at least as wide as this many cells
 constexpr double kCoarsestCell_m = 4.0;  // a scan has too few blocks of a coarser map
 constexpr double kSpread_m = 0.3;        // largest inflation of the residuals
-constexpr double kLeastSpread_m = 0.03;  // smallest one on the lattice
+constexpr double kMinSpread_m = 0.03;    // smallest one on the lattice
 constexpr double kSame_m = 0.2;          // candidates that end closer are one
 constexpr double kSame_rad = 0.01;
 constexpr double kChiSquare95 = 5.991;  // 2 degrees of freedom
@@ -43,8 +43,8 @@ constexpr double kChiSquare95 = 5.991;  // 2 degrees of freedom
 constexpr double kAdvantage = 3.0;
 // The slopes of map and scan must have more in common than this many standard deviations.
 constexpr double kWeakSlopes = 2.5;
-constexpr double kLeastGain = 3.0;  // sigma of the prediction over that of the match
-constexpr double kFarthest = 2.0;   // from the prediction, in its sigmas
+constexpr double kMinGain = 3.0;   // sigma of the prediction over that of the match
+constexpr double kFarthest = 2.0;  // from the prediction, in its sigmas
 
 bool distinct(const RasterPose& a, const RasterPose& b, double away_m, double away_rad) {
   return (a.p_map - b.p_map).head<2>().norm() > away_m ||
@@ -218,7 +218,7 @@ bool refused(const RasterFit& fit, const RasterAccuracy& accuracy,
       Mat<2, 2>(accuracy.covariance.topLeftCorner<2, 2>()));
   const double predicted = horizontal_sigma(prediction);
   const Vec2 off = (ws->candidates.front().p_map - prediction.T_target_vehicle.p).head<2>();
-  if (kLeastGain * std::sqrt(axes.eigenvalues()[1]) > predicted) return true;
+  if (kMinGain * std::sqrt(axes.eigenvalues()[1]) > predicted) return true;
   if (off.norm() > kFarthest * predicted) return true;
   return least_advantage(fit, accuracy, ws) < kAdvantage;
 }
@@ -292,7 +292,7 @@ registration::Registration search_raster(const Points& source_vehicle, const Ele
       share * share, std::max(kBlock_m, kBlockCells * cell_m)};
   take_evenly(ws->cells, kCoarseCells, &ws->sample);
   const double spread_m =
-      std::clamp(0.5 * kStep_m * rms_slope(ws->sample), kLeastSpread_m, kSpread_m);
+      std::clamp(0.5 * kStep_m * rms_slope(ws->sample), kMinSpread_m, kSpread_m);
   make_hypotheses(prediction, &ws->hypotheses);
   for (RasterPose& h : ws->hypotheses) evaluate(fit, ws->sample, spread_m, &ws->residuals, &h);
   out.used += static_cast<WorkUnits>(ws->hypotheses.size() * ws->sample.size()) +

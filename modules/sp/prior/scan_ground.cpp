@@ -11,7 +11,7 @@ constexpr double kRadius_m = 48.0;  // ground beyond is sparse, and tilted by th
 constexpr int kSide = static_cast<int>(2.0 * kRadius_m / kScanGroundCell_m);
 constexpr int kEnough = 10;     // cells for a plane
 constexpr int kFirstSteps = 2;  // half of the smallest window, in cells
-constexpr int kMostSteps = 8;   // largest half of the window, in cells
+constexpr int kMaxSteps = 8;    // largest half of the window, in cells
 constexpr int kRounds = 4;
 // Residual of robust weight 1/4: kerbs and cars are not the plane.
 constexpr double kOff_m = 0.08;
@@ -129,7 +129,7 @@ void find_scan_ground(const Points& lowest_vehicle, const Mat3& R_level_vehicle,
   for (ScanGroundCell& cell : *cells) {
     Window w{index(static_cast<float>(cell.p.x())), index(static_cast<float>(cell.p.y())),
              kFirstSteps};
-    for (; w.half <= kMostSteps; ++w.half) {
+    for (; w.half <= kMaxSteps; ++w.half) {
       int n = 0;
       for_each_cell(w, bins, *cells, [&n](const Vec3& /*p*/) { ++n; });
       if (n < kEnough) continue;

@@ -91,11 +91,12 @@ std::optional<registration::Registration> StartSearch::step(const Points& points
 
 void StartSearch::tell(Stamp now, Report* report) {
   const InitialLocalizationStatus& s = status();
-  if (s.state == told_state_ && s.reason == told_doubt_) return;
+  if (s.state == reported_state_ && s.reason == reported_reason_) return;
   const bool news = s.state == InitialLocalizationState::kFound ||
-                    s.state == InitialLocalizationState::kConfirming || s.reason != told_doubt_;
-  told_state_ = s.state;
-  told_doubt_ = s.reason;
+                    s.state == InitialLocalizationState::kConfirming ||
+                    s.reason != reported_reason_;
+  reported_state_ = s.state;
+  reported_reason_ = s.reason;
   if (!news) return;
   if (s.state == InitialLocalizationState::kFound) {
     report->publish(

@@ -43,8 +43,8 @@ class StartSearch {
   Points lowest_;
   bool begun_ = false;
   Pose T_level_start_;
-  InitialLocalizationState told_state_ = InitialLocalizationState::kCollecting;
-  InitialLocalizationReason told_doubt_ = InitialLocalizationReason::kTooEarly;
+  InitialLocalizationState reported_state_ = InitialLocalizationState::kCollecting;
+  InitialLocalizationReason reported_reason_ = InitialLocalizationReason::kTooEarly;
 };
 
 /// The result as a registration to the a priori map: information in all directions, none of it from

@@ -15,7 +15,7 @@ constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter 
 constexpr Duration kBetweenScans = from_milliseconds(300.0);
 constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
 
-/// A measurement of a withheld source, one without a datum, of another map or without an observed
+/// A measurement of a excluded source, one without a datum, of another map or without an observed
 /// direction neither agrees nor contradicts.
 bool was_compared(Reason reason) {
   return reason != Reason::kQuarantine && reason != Reason::kNoDatum && reason != Reason::kEpoch &&
@@ -26,28 +26,29 @@ bool was_compared(Reason reason) {
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
   constexpr Duration kStep = from_milliseconds(50.0);
-  if (s->memory.withheld.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep) return;
+  if (s->bookkeeping.excluded.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep)
+    return;
   advance(model, m.stamp, next_imu, s, records);
   apply(model, m, s, records);
 }
 
 }  // namespace
 
-Trust::Trust(const TrustParams& params)
+FaultDetection::FaultDetection(const FaultDetectionParams& params)
     : params_(params),
       monitors_(params.probation),
       limit_1_(chi_square_gate(1, params.false_alarm)),
       limit_2_(chi_square_gate(2, params.false_alarm)),
       limit_3_(chi_square_gate(3, params.false_alarm)) {}
 
-void Trust::clear() {
-  const TrustParams params = params_;
+void FaultDetection::clear() {
+  const FaultDetectionParams params = params_;
   const int findings = findings_;
-  *this = Trust(params);
+  *this = FaultDetection(params);
   findings_ = findings;
 }
 
-void Trust::Hypothesis::count(bool accepted) {
+void FaultDetection::Hypothesis::count(bool accepted) {
   if (accepted) {
     ++agreed;
     refused_in_row = 0;
@@ -57,12 +58,12 @@ void Trust::Hypothesis::count(bool accepted) {
   }
 }
 
-void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu,
-                 const FilterState& belief) {
+void FaultDetection::move(const Model& model, const Measurement& m, const ImuSample* next_imu,
+                          const FilterState& belief) {
   const bool match = std::holds_alternative<RollingMatch>(m.value);
   // Not where it has moved the map instead, because the matches contradict it.
-  const Memory& of_filter = belief.memory;
-  const bool confirmed = match && !of_filter.withheld.ins &&
+  const Bookkeeping& of_filter = belief.bookkeeping;
+  const bool confirmed = match && !of_filter.excluded.ins &&
                          of_filter.of(Source::kRolling).accepted == m.stamp &&
                          of_filter.rejected_matches.reset < m.stamp - RejectedMatches::kResetLasts;
   auto& [newest, second, third] = without_ins_recent_;
@@ -76,10 +77,10 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
     // rejected, and so would be the following ones, while the sub-filter diverges. The filter with
     // the INS accepts the match: it is not the registration that is wrong.
     constexpr double kRougher = 8.0;  // a pitch of 20 deg within 0.2 s
-    const Stamp last = subfilter->state.memory.of(Source::kRolling).accepted;
+    const Stamp last = subfilter->state.bookkeeping.of(Source::kRolling).accepted;
     step(model, m, next_imu, &subfilter->state, &unread);
-    const Memory& memory = subfilter->state.memory;
-    if (confirmed && memory.withheld.ins && last != Stamp::min() &&
+    const Bookkeeping& memory = subfilter->state.bookkeeping;
+    if (confirmed && memory.excluded.ins && last != Stamp::min() &&
         memory.of(Source::kRolling).refused > 0) {
       Belief& b = subfilter->state.belief;
       b = widen(b, std::min(seconds(m.stamp - last), 1.0), model.params.motion, kRougher);
@@ -107,7 +108,7 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
   }
 }
 
-void Trust::drop_what_passed_a_gap(Stamp now) {
+void FaultDetection::drop_what_passed_a_gap(Stamp now) {
   bool dropped = false;
   for (Subfilter* subfilter :
        {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
@@ -117,19 +118,19 @@ void Trust::drop_what_passed_a_gap(Stamp now) {
     dropped = true;
   }
   for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_, &map_right_}) {
-    const Memory& m = hypothesis->state.memory;
-    if (m.withheld.ins) continue;
+    const Bookkeeping& m = hypothesis->state.bookkeeping;
+    if (m.excluded.ins) continue;
     if (hypothesis->alive() && std::max(m.ins_lost, m.ins_gap_end) >= hypothesis->began) {
       *hypothesis = Hypothesis{};
     }
   }
   if (!dropped) return;
   if (untested_since_ == Stamp::max()) untested_since_ = now;
-  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_rival_m_ = 0.0;
-  doubted_ = map_contradicted_ = 0;
+  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_alternative_m_ = 0.0;
+  suspicious_fixes_ = map_contradicted_ = 0;
   gps_contradicts_ = Stamp::max();
   cusum_.setZero();
-  ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  ladar_suspected_since_ = map_suspected_since_ = Stamp::min();
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
   detectable_m_ = kAnything_m;
 }
@@ -137,12 +138,12 @@ void Trust::drop_what_passed_a_gap(Stamp now) {
 /// A ratio between kCalm and the limit keeps the sub-filters that raised it, for a limited time:
 /// the older they are, the less certain they are, and the more does an exclusion cost that
 /// continues from one of them.
-bool Trust::tests_are_calm(Stamp branch, const FilterState& belief) const {
+bool FaultDetection::tests_are_calm(Stamp branch, const FilterState& belief) const {
   const Stamp now = belief.belief.x.stamp;
   // Of a GPS that is excluded for good the fixes contradict the filter, and say nothing about the
   // other sources.
   const bool decided =
-      belief.memory.gps_accused && gps_suspect_ == Stamp::min() && !keeps_gps_.alive();
+      belief.bookkeeping.gps_suspected && gps_suspect_ == Stamp::min() && !keeps_gps_.alive();
   const double gps = decided ? 0.0 : gps_test_ratio_;
   const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
   const bool uncertain = age > 2 * params_.branch;
@@ -154,52 +155,52 @@ bool Trust::tests_are_calm(Stamp branch, const FilterState& belief) const {
 }
 
 /// From GPS or the a priori map. Without it a sub-filter keeps its own, which is older.
-bool Trust::has_position(const FilterState& belief) {
-  const Memory& m = belief.memory;
+bool FaultDetection::has_position(const FilterState& belief) {
+  const Bookkeeping& m = belief.bookkeeping;
   const Stamp placed =
       std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
-  const bool without = !m.anchored;  // no GPS to exclude
+  const bool without = !m.georeferenced;  // no GPS to exclude
   return without || placed > belief.belief.x.stamp - kFresh;
 }
 
 /// A sub-filter needs the heading, and with an INS roll and pitch: a tilt of a degree lets gravity
 /// move it by metres before the tilt is separated from a bias. The heading of a vehicle that stands
 /// does not improve, and with old sub-filters its protection level may not let it drive.
-bool Trust::knows_attitude(const FilterState& belief) const {
+bool FaultDetection::knows_attitude(const FilterState& belief) const {
   constexpr double kHeadingAtRest_rad = 0.02;
   constexpr Duration kRest = from_seconds(1.0);  // since the last zero-velocity update
-  if (!belief.memory.anchored) return true;
+  if (!belief.bookkeeping.georeferenced) return true;
   const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
   const auto known = [](double variance_rad2, double limit_rad) {
     return variance_rad2 <= limit_rad * limit_rad;
   };
   const double limit = params_.attitude_sigma_rad;
-  const Stamp rest = belief.memory.of(Source::kZeroVelocity).accepted;
+  const Stamp rest = belief.bookkeeping.of(Source::kZeroVelocity).accepted;
   const bool stands = rest != Stamp::min() && belief.belief.x.stamp - rest < kRest;
   return known(variance.z(), stands ? std::max(limit, kHeadingAtRest_rad) : limit) &&
          (!uses_forces(belief) || known(variance.head<2>().maxCoeff(), limit));
 }
 
-void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
+void FaultDetection::branch_inertial(const FilterState& belief, Inertial* inertial) const {
   *inertial = {};
-  if (belief.memory.withheld.any_of_ins()) return;
+  if (belief.bookkeeping.excluded.any_of_ins()) return;
   inertial->subfilter = {belief, belief.belief.x.stamp};
-  inertial->subfilter.state.memory.withheld = {false, true, true, true};
-  inertial->began_m = belief.memory.distance_m;
+  inertial->subfilter.state.bookkeeping.excluded = {false, true, true, true};
+  inertial->began_m = belief.bookkeeping.distance_m;
 }
 
-void Trust::branch_recent(const FilterState& belief) {
+void FaultDetection::branch_recent(const FilterState& belief) {
   branch_inertial(belief, &inertial_new_);
   auto& [newest, second, third] = without_ins_recent_;
   third = second;
   second = newest;
   newest = {};
-  if (belief.memory.withheld.ins) return;
+  if (belief.bookkeeping.excluded.ins) return;
   newest = {belief, belief.belief.x.stamp};
-  newest.state.memory.withheld.ins = true;
+  newest.state.bookkeeping.excluded.ins = true;
 }
 
-void Trust::branch_motion(const FilterState& belief) {
+void FaultDetection::branch_motion(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   untested_since_ = Stamp::max();
   inertial_ = inertial_young_;
@@ -208,32 +209,32 @@ void Trust::branch_motion(const FilterState& belief) {
   branch_inertial(belief, &inertial_young_);
   branch_recent(belief);
   without_ins_young_ = {};
-  if (!belief.memory.withheld.ins) {
+  if (!belief.bookkeeping.excluded.ins) {
     without_ins_young_ = {belief, now};
-    without_ins_young_.state.memory.withheld.ins = true;
+    without_ins_young_.state.bookkeeping.excluded.ins = true;
   }
   without_ladar_young_ = {belief, now};
-  without_ladar_young_.state.memory.withheld.ladar = true;
+  without_ladar_young_.state.bookkeeping.excluded.ladar = true;
 }
 
-void Trust::branch_without_gps(const FilterState& belief) {
+void FaultDetection::branch_without_gps(const FilterState& belief) {
   without_gps_ = without_gps_young_;
   neither_ = neither_young_;
   without_gps_began_m_ = young_began_m_;
   without_gps_young_ = {belief, belief.belief.x.stamp};
-  without_gps_young_.state.memory.withheld.gps = true;
-  without_gps_young_.state.memory.withheld.prior_map = true;
+  without_gps_young_.state.bookkeeping.excluded.gps = true;
+  without_gps_young_.state.bookkeeping.excluded.prior_map = true;
   neither_young_ = {};
-  if (!belief.memory.withheld.ins) {
+  if (!belief.bookkeeping.excluded.ins) {
     neither_young_ = without_gps_young_;
-    neither_young_.state.memory.withheld.ins = true;
+    neither_young_.state.bookkeeping.excluded.ins = true;
   }
-  young_began_m_ = belief.memory.distance_m;
+  young_began_m_ = belief.bookkeeping.distance_m;
   cusum_.setZero();
 }
 
 /// Twice: the older generation equals the younger one.
-void Trust::branch_all(const FilterState& belief) {
+void FaultDetection::branch_all(const FilterState& belief) {
   for (int generation = 0; generation < 2; ++generation) {
     branch_motion(belief);
     branch_without_gps(belief);
@@ -243,15 +244,15 @@ void Trust::branch_all(const FilterState& belief) {
 /// Branches sub-filters whose time has come, while the tests are calm. While the position is known
 /// all branch together, because the decision between GPS and another source compares motions that
 /// contain no fix since the same time. Without a position INS and LADAR are still compared.
-void Trust::renew(const FilterState& belief) {
+void FaultDetection::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  const Memory& m = belief.memory;
+  const Bookkeeping& m = belief.bookkeeping;
   const auto due = [now](const Subfilter& youngest, Duration age) {
     return !youngest.alive() || now - youngest.branch >= age;
   };
-  if (m.withheld.ladar) return;
+  if (m.excluded.ladar) return;
   const bool settled = gps_fused_from_ == Stamp::min() || now - gps_fused_from_ >= kFixesSettle;
-  const bool positioned = !m.withheld.gps && has_position(belief) && settled;
+  const bool positioned = !m.excluded.gps && has_position(belief) && settled;
   const bool inertial_due =
       inertial_new_.subfilter.alive() && due(inertial_new_.subfilter, kNewInertial);
   const bool all_due = due(without_ladar_young_, params_.branch) ||
@@ -300,7 +301,7 @@ UndetectedError UndetectedError::larger(const UndetectedError& other) const {
 /// Between scans that it accepts it does so, too, and its velocity is then wrong by metres per
 /// second where the ground is broken: the bound of the newest one that it accepted counts. A
 /// single wrong registration that it accepts gives such a velocity for one scan.
-void Trust::bound_undetected(const FilterState& belief) {
+void FaultDetection::bound_undetected(const FilterState& belief) {
   for (const auto& [without, bound] : {std::pair{&without_ins_, &bound_without_ins_},
                                        std::pair{&without_ladar_, &bound_without_ladar_}}) {
     const Belief& b = without->state.belief;
@@ -310,7 +311,7 @@ void Trust::bound_undetected(const FilterState& belief) {
       continue;
     }
     if (!uses_forces(without->state)) {
-      const Memory& m = without->state.memory;
+      const Bookkeeping& m = without->state.bookkeeping;
       const Stamp scan = m.of(Source::kRolling).accepted;
       const Stamp fix = m.of(Source::kGpsPosition).accepted;
       const bool stale = bound->error.stamp < now - kFed;  // a fix without height, say
@@ -335,7 +336,7 @@ void Trust::bound_undetected(const FilterState& belief) {
 }
 
 /// The distance to where GPS was excluded instead of the INS.
-void Trust::bound_keeping_gps(const FilterState& belief) {
+void FaultDetection::bound_keeping_gps(const FilterState& belief) {
   constexpr Duration kDecided = from_seconds(60.0);
   const FilterState& s = keeps_gps_.state;
   const Stamp now = belief.belief.x.stamp;
@@ -350,18 +351,19 @@ void Trust::bound_keeping_gps(const FilterState& belief) {
   bound_keeping_gps_.vertical_m = std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m;
 }
 
-UndetectedError Trust::undetected(Stamp stamp) const {
+UndetectedError FaultDetection::undetected(Stamp stamp) const {
   return bound_without_ins_.error.at(stamp)
       .larger(bound_without_ladar_.error.at(stamp))
       .larger(bound_keeping_gps_);
 }
 
-std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
-                                      const ImuSample* next_imu, const FilterState& belief) {
+std::optional<FilterState> FaultDetection::add(const Model& model, const Measurement& m,
+                                               const ImuSample* next_imu,
+                                               const FilterState& belief) {
   auto& [newest, second, third] = without_ins_recent_;
   for (Subfilter* subfilter : {&without_ladar_, &without_ladar_young_, &without_ins_,
                                &without_ins_young_, &newest, &second, &third}) {
-    subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
+    subfilter->state.bookkeeping.excluded.gps = belief.bookkeeping.excluded.gps;
   }
   move(model, m, next_imu, belief);
   drop_what_passed_a_gap(belief.belief.x.stamp);
@@ -371,32 +373,33 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   }
   forget_silent(belief);
   std::optional<FilterState> change = judge(model, m, belief);
-  step_monitors((change ? *change : belief).memory.withheld, belief.belief.x.stamp);
+  step_monitors((change ? *change : belief).bookkeeping.excluded, belief.belief.x.stamp);
   return change;
 }
 
-std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
-                                        const FilterState& belief) {
+std::optional<FilterState> FaultDetection::judge(const Model& model, const Measurement& m,
+                                                 const FilterState& belief) {
   const bool wrong = wheels_are_stuck(m) || wheels_are_refused(m, belief);
   const bool outvoted = wheels_are_outvoted(m, belief);
-  if (!belief.memory.withheld.wheels && outvoted) {
+  if (!belief.bookkeeping.excluded.wheels && outvoted) {
     return exclude_outvoted_odometry(belief, model.params.modes);
   }
-  if (wrong && !belief.memory.withheld.wheels) return exclude_odometry(belief, model.params.modes);
+  if (wrong && !belief.bookkeeping.excluded.wheels)
+    return exclude_odometry(belief, model.params.modes);
   test_ins(model, m, belief);
-  if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
+  if (std::optional<FilterState> change = belief.bookkeeping.excluded.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)
                                               : decide_ins(belief, model.params.modes)) {
     return change;
   }
-  const bool accused = belief.memory.gps_accused && !accused_;
-  accused_ = belief.memory.gps_accused;
+  const bool suspected = belief.bookkeeping.gps_suspected && !gps_suspected_;
+  gps_suspected_ = belief.bookkeeping.gps_suspected;
   // An error of GPS may have begun before the rejections: the sub-filter has none of these fixes.
   const auto* const fix = std::get_if<GpsFix>(&m.value);
-  if (accused && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
+  if (suspected && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
     if (!keeps_gps_.alive()) suppose_ins_faulty(belief);
-  } else if (accused && fix != nullptr) {
+  } else if (suspected && fix != nullptr) {
     finding_ = Finding::kGpsRejected;
     ++findings_;
     const Nis n = nis(belief, *fix, model.params.gps, 0.0);
@@ -404,86 +407,87 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
     finding_moved_m_ = 0.0;
   }
   // Without its sub-filter nothing replaces the filter.
-  if (!belief.memory.gps_accused || !without_gps_.alive()) gps_suspect_ = Stamp::min();
+  if (!belief.bookkeeping.gps_suspected || !without_gps_.alive()) gps_suspect_ = Stamp::min();
   if (fix != nullptr) gps_judged_ = belief.belief.x.stamp;
   if (gps_suspect_ != Stamp::min() && fix != nullptr) {
     return judge_suspect_fix(model, *fix, belief);
   }
   std::optional<FilterState> change;
-  if (fix != nullptr && belief.memory.anchored) {
-    change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
-                                        : judge_fix(model, *fix, belief);
+  if (fix != nullptr && belief.bookkeeping.georeferenced) {
+    change = belief.bookkeeping.excluded.gps ? judge_quarantined_fix(model, *fix, belief)
+                                             : judge_fix(model, *fix, belief);
   } else if (std::holds_alternative<PriorMatch>(m.value)) {
-    change = belief.memory.withheld.prior_map ? judge_excluded_map(belief, model.params.modes)
-                                              : judge_prior_match(belief, model.params.modes);
+    change = belief.bookkeeping.excluded.prior_map ? judge_excluded_map(belief, model.params.modes)
+                                                   : judge_prior_match(belief, model.params.modes);
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
-    change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
-                                          : judge_match(belief, model.params.modes);
+    change = belief.bookkeeping.excluded.ladar ? judge_quarantined_match(belief, model.params.modes)
+                                               : judge_match(belief, model.params.modes);
   } else if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
-    if (belief.memory.withheld.wheels) change = judge_excluded_odometry(model, *wheels, belief);
+    if (belief.bookkeeping.excluded.wheels)
+      change = judge_excluded_odometry(model, *wheels, belief);
   }
   if (!change) renew(belief);
   return change;
 }
 
 /// The ratio of a source that has fallen silent says nothing any more.
-void Trust::forget_silent(const FilterState& belief) {
+void FaultDetection::forget_silent(const FilterState& belief) {
   const Stamp fresh = belief.belief.x.stamp - kFresh;
-  const Memory& m = belief.memory;
-  if (!m.withheld.ladar && m.of(Source::kRolling).accepted < fresh) {
+  const Bookkeeping& m = belief.bookkeeping;
+  if (!m.excluded.ladar && m.of(Source::kRolling).accepted < fresh) {
     ladar_test_ratio_ = 0.0;
-    ladar_doubted_since_ = Stamp::min();
+    ladar_suspected_since_ = Stamp::min();
   }
-  if (!m.withheld.gps && gps_judged_ < fresh) {
+  if (!m.excluded.gps && gps_judged_ < fresh) {
     gps_test_ratio_ = 0.0;
     gps_contradicts_ = Stamp::max();
-    doubted_ = 0;
+    suspicious_fixes_ = 0;
   }
 }
 
-void Trust::step_monitors(const Withheld& withheld, Stamp now) {
+void FaultDetection::step_monitors(const Excluded& excluded, Stamp now) {
   const auto agrees = [](const Hypothesis& right) {
     return right.alive() && right.agreed > 0 && right.refused_in_row == 0;
   };
   const bool gps_agrees = agreeing_since_ != Stamp::min();
-  monitors_.gps.step(withheld.gps, gps_test_ratio_ > 1.0, gps_agrees, now);
-  monitors_.ladar.step(withheld.ladar, ladar_test_ratio_ > 1.0, agrees(ladar_right_), now);
-  monitors_.ins.step(withheld.any_of_ins(), ins_test_ratio() > 1.0, agrees(ins_right_), now);
+  monitors_.gps.step(excluded.gps, gps_test_ratio_ > 1.0, gps_agrees, now);
+  monitors_.ladar.step(excluded.ladar, ladar_test_ratio_ > 1.0, agrees(ladar_right_), now);
+  monitors_.ins.step(excluded.any_of_ins(), ins_test_ratio() > 1.0, agrees(ins_right_), now);
   // No test concerns the wheels alone.
-  monitors_.odometry.step(withheld.wheels, false, odometry_agrees_s_ > 0.0, now);
-  monitors_.prior_map.step(withheld.prior_map, map_test_ratio_ > 1.0, agrees(map_right_), now);
+  monitors_.odometry.step(excluded.wheels, false, odometry_agrees_s_ > 0.0, now);
+  monitors_.prior_map.step(excluded.prior_map, map_test_ratio_ > 1.0, agrees(map_right_), now);
 }
 
 namespace {
 
-Trusted trusted(SourceState state) {
+SourceStatus source_status(SourceState state) {
   switch (state) {
     case SourceState::kUsed:
-      return Trusted::kFully;
+      return SourceStatus::kFully;
     case SourceState::kSuspect:
-      return Trusted::kSuspect;
+      return SourceStatus::kSuspect;
     case SourceState::kExcluded:
-      return Trusted::kQuarantine;
+      return SourceStatus::kQuarantine;
     case SourceState::kReadmitting:
-      return Trusted::kReadmitting;
+      return SourceStatus::kReadmitting;
     case SourceState::kProbation:
-      return Trusted::kProbation;
+      return SourceStatus::kProbation;
   }
-  return Trusted::kNone;
+  return SourceStatus::kNone;
 }
 
-/// @param withheld  by the newest filter: the monitor is late by the lag of the history
-Trusted status(const SourceMonitor& monitor, bool withheld) {
-  const Trusted late = trusted(monitor.state());
-  if (withheld == excluded(late)) return late;
-  return withheld ? Trusted::kQuarantine : Trusted::kFully;
+/// @param excluded_now  by the newest filter: the monitor is late by the lag of the history
+SourceStatus status(const SourceMonitor& monitor, bool excluded_now) {
+  const SourceStatus late = source_status(monitor.state());
+  if (excluded_now == excluded(late)) return late;
+  return excluded_now ? SourceStatus::kQuarantine : SourceStatus::kFully;
 }
 
 }  // namespace
 
 /// Continues with `next` in place of `belief`.
-FilterState Trust::found(Finding finding, const FilterState& next, const FilterState& belief,
-                         const ModeParams& modes) {
+FilterState FaultDetection::found(Finding finding, const FilterState& next,
+                                  const FilterState& belief, const ModeParams& modes) {
   finding_ = finding;
   ++findings_;
   finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
@@ -492,11 +496,11 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
       (next.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
   const Stamp now = belief.belief.x.stamp;
   FilterState state = next;
-  state.memory.world_resets = belief.memory.world_resets;
-  state.memory.last_reset_m = belief.memory.last_reset_m;
-  state.memory.last_reset_rad = belief.memory.last_reset_rad;
-  state.memory.last_reset = belief.memory.last_reset;
-  state.memory.fix_heard = belief.memory.fix_heard;
+  state.bookkeeping.world_resets = belief.bookkeeping.world_resets;
+  state.bookkeeping.last_reset_m = belief.bookkeeping.last_reset_m;
+  state.bookkeeping.last_reset_rad = belief.bookkeeping.last_reset_rad;
+  state.bookkeeping.last_reset = belief.bookkeeping.last_reset;
+  state.bookkeeping.fix_received = belief.bookkeeping.fix_received;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
   if (finding == Finding::kLadarFaulty) monitors_.ladar.exclude(now);
   gps_suspect_ = Stamp::min();
@@ -517,17 +521,17 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   speeds_ = {};
   off_by_ins_mps_ = off_by_ladar_mps_ = Vec2::Zero();
   agreeing_.fill(false);
-  agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
-  doubted_ = map_contradicted_ = 0;
+  agreeing_since_ = ladar_suspected_since_ = map_suspected_since_ = Stamp::min();
+  suspicious_fixes_ = map_contradicted_ = 0;
   gps_contradicts_ = Stamp::max();
-  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = rival_m_ = map_rival_m_ = 0.0;
+  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = alternative_m_ = map_alternative_m_ = 0.0;
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kFilterFaulty ? Subfilter{belief, now} : Subfilter{};
   // Sub-filters that have fused a faulty source are discarded.
   const Inertial inertial = inertial_;
   without_ins_recent_ = {};
   branch_all(state);
-  if (of_ladar && !state.memory.withheld.any_of_ins()) inertial_ = inertial;
+  if (of_ladar && !state.bookkeeping.excluded.any_of_ins()) inertial_ = inertial;
   if (finding == Finding::kGpsReadmitted) {
     gps_fused_from_ = now;
     without_gps_ = without_gps_young_ = neither_ = neither_young_ = Subfilter{};
@@ -535,29 +539,30 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   return state;
 }
 
-const Subfilter& Trust::subfilter(Without what) const {
+const Subfilter& FaultDetection::subfilter(Without what) const {
   if (what == Without::kAll) return inertial_.subfilter;
   return what == Without::kLadar ? without_ladar_ : without_gps_;
 }
 
-Trusted Trust::gps(const FilterState& belief, const ModeParams& modes) const {
-  const Memory& m = belief.memory;
+SourceStatus FaultDetection::gps(const FilterState& belief, const ModeParams& modes) const {
+  const Bookkeeping& m = belief.bookkeeping;
   const Stamp now = belief.belief.x.stamp;
-  if (m.fix_heard == Stamp::min() || now - m.fix_heard > modes.gps_timeout) return Trusted::kNone;
-  return status(monitors_.gps, m.withheld.gps);
+  if (m.fix_received == Stamp::min() || now - m.fix_received > modes.gps_timeout)
+    return SourceStatus::kNone;
+  return status(monitors_.gps, m.excluded.gps);
 }
 
-Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
-  const Memory& m = belief.memory;
+SourceStatus FaultDetection::ladar(const FilterState& belief, const ModeParams& modes) const {
+  const Bookkeeping& m = belief.bookkeeping;
   const Stamp now = belief.belief.x.stamp;
-  if (m.withheld.ladar) return status(monitors_.ladar, true);
+  if (m.excluded.ladar) return status(monitors_.ladar, true);
   const Stamp match = m.of(Source::kRolling).accepted;
-  if (match == Stamp::min() || now - match > modes.rolling_timeout) return Trusted::kNone;
+  if (match == Stamp::min() || now - match > modes.rolling_timeout) return SourceStatus::kNone;
   return status(monitors_.ladar, false);
 }
 
-Trusted Trust::ins(const FilterState& belief) const {
-  return status(monitors_.ins, belief.memory.withheld.any_of_ins());
+SourceStatus FaultDetection::ins(const FilterState& belief) const {
+  return status(monitors_.ins, belief.bookkeeping.excluded.any_of_ins());
 }
 
 }  // namespace rcs::wm

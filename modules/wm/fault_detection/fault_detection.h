@@ -30,13 +30,13 @@ struct Subfilter {
   [[nodiscard]] bool alive() const { return branch != Stamp::min(); }
   /// It spans a gap of the INS: its difference from the main filter then measures the gap.
   [[nodiscard]] bool passed_gap() const {
-    return alive() && !state.memory.withheld.ins &&
-           std::max(state.memory.ins_lost, state.memory.ins_gap_end) >= branch;
+    return alive() && !state.bookkeeping.excluded.ins &&
+           std::max(state.bookkeeping.ins_lost, state.bookkeeping.ins_gap_end) >= branch;
   }
 };
 
 /// State of a source and whether it is received. The values are those of integrity_t.
-enum class Trusted : int {
+enum class SourceStatus : int {
   kNone = 0,
   kFully = 1,
   kQuarantine = 2,
@@ -45,12 +45,13 @@ enum class Trusted : int {
   kReadmitting = 5
 };
 
-[[nodiscard]] constexpr bool fused(Trusted source) {
-  return source == Trusted::kFully || source == Trusted::kProbation || source == Trusted::kSuspect;
+[[nodiscard]] constexpr bool fused(SourceStatus source) {
+  return source == SourceStatus::kFully || source == SourceStatus::kProbation ||
+         source == SourceStatus::kSuspect;
 }
 
-[[nodiscard]] constexpr bool excluded(Trusted source) {
-  return source == Trusted::kQuarantine || source == Trusted::kReadmitting;
+[[nodiscard]] constexpr bool excluded(SourceStatus source) {
+  return source == SourceStatus::kQuarantine || source == SourceStatus::kReadmitting;
 }
 
 enum class Finding : int {
@@ -85,9 +86,9 @@ struct UndetectedError {
   [[nodiscard]] UndetectedError larger(const UndetectedError& other) const;
 };
 
-class Trust {
+class FaultDetection {
  public:
-  explicit Trust(const TrustParams& params);
+  explicit FaultDetection(const FaultDetectionParams& params);
 
   /// The filter has been restarted: discards all sub-filters and tests.
   void clear();
@@ -106,10 +107,10 @@ class Trust {
   [[nodiscard]] const Subfilter& subfilter(Without what) const;
   /// As of the newest input whose place in time is final.
   [[nodiscard]] const SourceMonitors& monitors() const { return monitors_; }
-  [[nodiscard]] Trusted gps(const FilterState& belief, const ModeParams& modes) const;
-  [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
+  [[nodiscard]] SourceStatus gps(const FilterState& belief, const ModeParams& modes) const;
+  [[nodiscard]] SourceStatus ladar(const FilterState& belief, const ModeParams& modes) const;
   /// Of its content: whether messages are received is not considered.
-  [[nodiscard]] Trusted ins(const FilterState& belief) const;
+  [[nodiscard]] SourceStatus ins(const FilterState& belief) const;
   /// Excluded, and received.
   [[nodiscard]] bool odometry_excluded(const FilterState& belief) const;
   /// Test statistics over their limits; a source that stays above 1 is faulty.
@@ -126,10 +127,10 @@ class Trust {
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// Distance from the filter to the alternative hypothesis that the rejected fixes are right, if
   /// they agree with each other; otherwise 0.
-  [[nodiscard]] double rival_m() const { return rival_m_; }
+  [[nodiscard]] double alternative_m() const { return alternative_m_; }
   /// Distance from the filter to the sub-filter without the a priori map while that test is not
   /// calm; otherwise 0.
-  [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
+  [[nodiscard]] double map_alternative_m() const { return map_alternative_m_; }
   /// Of the faults of the INS and of the LADAR that have not been detected.
   [[nodiscard]] UndetectedError undetected(Stamp stamp) const;
   [[nodiscard]] Finding newest_finding() const { return finding_; }
@@ -288,7 +289,7 @@ class Trust {
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
   void forget_silent(const FilterState& belief);
-  void step_monitors(const Withheld& withheld, Stamp now);
+  void step_monitors(const Excluded& excluded, Stamp now);
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
@@ -315,7 +316,7 @@ class Trust {
   static constexpr double kObserved_m = 0.25;  // sigma ahead of a match that confirms a motion
   static constexpr int kHeldFixes = 10;  // positions and velocities that keeps_gps_ has accepted
 
-  TrustParams params_;
+  FaultDetectionParams params_;
   SourceMonitors monitors_;
   double limit_1_, limit_2_, limit_3_;  // chi-square limits, by degrees of freedom
   // Two generations: the older one is tested, because an error that has already entered the filter
@@ -338,7 +339,7 @@ class Trust {
   Hypothesis keeps_gps_;
   CourseShape course_shape_;
   double wheels_mps_ = 0.0;  ///< newest speed
-  Stamp wheels_heard_ = Stamp::min();
+  Stamp wheels_received_ = Stamp::min();
   Quat rotation_ = Quat::Identity();  ///< by the INS while it is excluded
   Stamp rotated_ = Stamp::min();      ///< newest of its samples
   WheelsVote others_against_wheels_;
@@ -361,18 +362,18 @@ class Trust {
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
-  int doubted_ = 0;                       ///< fixes in a row above the limit
+  int suspicious_fixes_ = 0;              ///< fixes in a row above the limit
   Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
   int map_contradicted_ = 0;              ///< fixes in a row
-  bool accused_ = false;                  ///< gps_accused of the filter before the newest input
+  bool gps_suspected_ = false;            ///< gps_suspected of the filter before the newest input
   Vec6 cusum_ = Vec6::Zero();  ///< of the GPS velocity: east, west, north, south, up, down
-  Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
-  /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
+  Stamp ladar_suspected_since_ = Stamp::min(), map_suspected_since_ = Stamp::min();
+  /// Since when GPS is excluded because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
   struct StuckWheels {
     double speed_mps = 0.0, yaw_rate_radps = 0.0;
-    Stamp since = Stamp::min(), heard = Stamp::min();
+    Stamp since = Stamp::min(), received = Stamp::min();
     int map_epoch = -1;  ///< of the match from which the LADAR is compared
     Stamp from = Stamp::min();
     Vec3 from_m = Vec3::Zero();
@@ -390,7 +391,7 @@ class Trust {
   /// First fix, or readmitted; the filter moves to it for a while.
   Stamp gps_fused_from_ = Stamp::min();
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
-  double rival_m_ = 0.0, map_rival_m_ = 0.0;
+  double alternative_m_ = 0.0, map_alternative_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch
   double detectable_m_ = kAnything_m;
   struct Bound {

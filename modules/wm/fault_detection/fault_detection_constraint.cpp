@@ -20,7 +20,7 @@ double floor_variance(const NavState& x) {
 
 }  // namespace
 
-std::optional<double> Trust::Drift::add(Stamp stamp, double value) {
+std::optional<double> FaultDetection::Drift::add(Stamp stamp, double value) {
   if (since == Stamp::min() || stamp < newest) *this = {stamp, stamp, value, value};
   mean += std::min(1.0, seconds(stamp - newest) / kMean_s) * (value - mean);
   newest = stamp;
@@ -32,14 +32,14 @@ std::optional<double> Trust::Drift::add(Stamp stamp, double value) {
 
 /// The velocity of the inertial motion across the vehicle's axis. A ground vehicle has none for
 /// long.
-void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
+void FaultDetection::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
   if (!params.constrained) return;
   Vec2 ratio = Vec2::Constant(-1.0);  // to the left, upwards
   for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) {
     if (!inertial->subfilter.alive()) continue;
     const FilterState& s = inertial->subfilter.state;
     const Residual<2> r =
-        non_holonomic(s.belief.x, params, std::sqrt(s.memory.stillness.variance_force));
+        non_holonomic(s.belief.x, params, std::sqrt(s.bookkeeping.stillness.variance_force));
     const Mat<2, 2> S = r.H * s.belief.P * r.H.transpose() + r.R;
     const double floor = floor_variance(s.belief.x);
     for (std::size_t k = 0; k < 2; ++k) {
@@ -55,7 +55,7 @@ void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
 
 /// A slide violates it, too, but the LADAR then confirms the INS. No vehicle slides upwards: a
 /// LADAR that confirms that follows the INS.
-bool Trust::violates_constraint(double ratio) const {
+bool FaultDetection::violates_constraint(double ratio) const {
   const bool confirmed =
       ins_by_ladar_.tested != Stamp::min() && ins_by_ladar_.ratio < kCalm && !ladar_is_poor();
   return ins_by_constraint_.ratio > ratio && (!confirmed || ins_rises_.ratio > 1.0);

@@ -17,8 +17,8 @@ constexpr double kHeading_rad = 0.05;
 // Fixes within the possible error are accepted after this time and distance.
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
-constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
-constexpr double kClimb_m = 0.5;          // drift of the height that the filter does not know of
+constexpr double kMaxPossible_m = 10.0;  // farther off they are more likely wrong
+constexpr double kClimb_m = 0.5;         // drift of the height that the filter does not know of
 constexpr Duration kWheelsFresh = from_seconds(0.3);
 // After the first contradiction of the fixes; a fault of another source shows by then.
 constexpr Duration kShows = from_seconds(1.5);
@@ -38,7 +38,7 @@ constexpr double kNearerSpeed = 0.4;
 /// they detect slow drifts. The velocity error of the sub-filter, above all from its heading, is
 /// common to all fixes, so that no sum averages it out: three standard deviations of it are
 /// subtracted.
-void Trust::sum_velocity(const Model& model, const GpsFix& z) {
+void FaultDetection::sum_velocity(const Model& model, const GpsFix& z) {
   if (!z.has_velocity) return;
   constexpr double kLetPass = 3.0;
   const FilterState& s = without_gps_.state;
@@ -55,13 +55,14 @@ void Trust::sum_velocity(const Model& model, const GpsFix& z) {
 }
 
 /// The speed of the motion without GPS, and that of the wheels, against the speed of the fixes.
-void Trust::compare_speeds(const Model& model, const GpsFix& z, const FilterState& others) {
+void FaultDetection::compare_speeds(const Model& model, const GpsFix& z,
+                                    const FilterState& others) {
   if (!z.has_velocity) return;
   const NavState& x = others.belief.x;
   // Without the velocity of the antenna against the vehicle.
   const double fix_mps =
       (x.v_world + gps_velocity(x, z, model.params.gps, accel_world(others)).r).norm();
-  const bool fresh = wheels_heard_ > x.stamp - kWheelsFresh;
+  const bool fresh = wheels_received_ > x.stamp - kWheelsFresh;
   const double wheels_mps = fresh ? std::abs(wheels_mps_) - fix_mps : kUnlike_mps;
   speeds_.others_mps += kSpeedShare * (x.v_world.norm() - fix_mps - speeds_.others_mps);
   speeds_.wheels_mps += kSpeedShare * (wheels_mps - speeds_.wheels_mps);
@@ -69,7 +70,7 @@ void Trust::compare_speeds(const Model& model, const GpsFix& z, const FilterStat
 }
 
 /// Fixes and wheels have the same speed, and the motion without GPS has another one.
-bool Trust::speeds_side_with_fix() const {
+bool FaultDetection::speeds_side_with_fix() const {
   const double apart_mps = std::abs(speeds_.others_mps);
   return apart_mps > kSame_mps + kSameShare * speeds_.fix_mps &&
          std::abs(speeds_.wheels_mps) < kNearerSpeed * apart_mps;
@@ -78,25 +79,26 @@ bool Trust::speeds_side_with_fix() const {
 /// The fix against the position without GPS since the branch. The correlation of the filter with
 /// the time-correlated GPS error makes this a test of the shape of the fixes, not of their
 /// position.
-std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
-                                            const FilterState& belief) {
+std::optional<FilterState> FaultDetection::judge_fix(const Model& model, const GpsFix& z,
+                                                     const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
-  rival_m_ = 0.0;
+  const SourceRecord& record = belief.bookkeeping.of(Source::kGpsPosition);
+  alternative_m_ = 0.0;
   gps_right_ = {};
   turned_ = {};
   // No more matches can clear the test of the a priori map, and an accepted fix gives the position.
-  const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
-  if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_rival_m_ = 0.0;
+  const Stamp mapped = belief.bookkeeping.of(Source::kPriorMap).accepted;
+  if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_alternative_m_ = 0.0;
   if (before_.alive() && !monitors_.gps.on_probation(now)) before_ = {};
   agreeing_.fill(false);
   agreeing_since_ = Stamp::min();
   if (!without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
-  const double way_m = belief.memory.distance_m - without_gps_began_m_;
+  const double way_m = belief.bookkeeping.distance_m - without_gps_began_m_;
   const Nis n = nis(without_gps_.state, z, model.params.gps, params_.floor_share * way_m);
   detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
   double deviating = n.horizontal / limit_2_;
-  if (belief.memory.heights_refused == 0) deviating = std::max(deviating, n.vertical / limit_1_);
+  if (belief.bookkeeping.heights_refused == 0)
+    deviating = std::max(deviating, n.vertical / limit_1_);
   sum_velocity(model, z);
   compare_speeds(model, z, without_gps_.state);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
@@ -104,8 +106,8 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   if (gps_test_ratio_ < kQuiet && record.accepted == now) gps_quiet_ = now;
   // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
-  doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
-  if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
+  suspicious_fixes_ = harmful && deviating > 1.0 ? suspicious_fixes_ + 1 : 0;
+  if (suspicious_fixes_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
     gps_contradicts_ = Stamp::max();
     keeps_gps_ = {};
     return std::nullopt;
@@ -128,8 +130,8 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
 
 /// The filter has rejected several fixes in a row, which withholds GPS at once. A fault of another
 /// source shows soon after; until then no sub-filter replaces the filter.
-std::optional<FilterState> Trust::judge_suspect_fix(const Model& model, const GpsFix& z,
-                                                    const FilterState& belief) {
+std::optional<FilterState> FaultDetection::judge_suspect_fix(const Model& model, const GpsFix& z,
+                                                             const FilterState& belief) {
   const Nis n = nis(belief, z, model.params.gps, 0.0);  // reported as the cause
   gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
@@ -138,8 +140,9 @@ std::optional<FilterState> Trust::judge_suspect_fix(const Model& model, const Gp
 
 /// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR
 /// or odometry if one of them is known to be the faulty one.
-std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, const GpsFix& z,
-                                                         const FilterState& belief) {
+std::optional<FilterState> FaultDetection::exclude_other_than_gps(const Model& model,
+                                                                  const GpsFix& z,
+                                                                  const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
                          !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
@@ -165,10 +168,10 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   if (ins_by_ladar_.ratio > kCalm && !violates_constraint(kFollowsConstraint) &&
       (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
     FilterState next = without_ladar_.state;
-    next.memory.withheld = belief.memory.withheld;
-    next.memory.withheld.gps = next.memory.gps_accused = false;
-    next.memory.of(Source::kGpsPosition).refused = 0;
-    next.memory.withheld.ladar = true;
+    next.bookkeeping.excluded = belief.bookkeeping.excluded;
+    next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
+    next.bookkeeping.of(Source::kGpsPosition).refused = 0;
+    next.bookkeeping.excluded.ladar = true;
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
@@ -179,7 +182,7 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
 
 /// Whether the motion without GPS and INS agrees with the INS against the fix, and is known well
 /// enough for that. On dunes the LADAR observes no heading, and follows that of the INS.
-bool Trust::ins_is_confirmed(const Model& model, const GpsFix& z) const {
+bool FaultDetection::ins_is_confirmed(const Model& model, const GpsFix& z) const {
   if (!neither_.alive()) return false;
   const FilterState& s = without_gps_.state;
   const Belief& other = neither_.state.belief;
@@ -191,15 +194,16 @@ bool Trust::ins_is_confirmed(const Model& model, const GpsFix& z) const {
 
 /// Unless the LADAR confirms the INS, the alternative that the INS is faulty stays.
 /// @param confirmed  the LADAR confirms the INS
-FilterState Trust::exclude_gps(bool confirmed, const FilterState& belief, const ModeParams& modes) {
+FilterState FaultDetection::exclude_gps(bool confirmed, const FilterState& belief,
+                                        const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = monitors_.gps.on_probation(now);
   // The one that has drifted less, if the fault cannot have had an effect on it.
   const bool recent = without_gps_young_.alive() && gps_quiet_ != Stamp::min() &&
                       without_gps_young_.branch <= gps_quiet_ - kBefore;
   FilterState next = recent ? without_gps_young_.state : without_gps_.state;
-  next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
-  next.memory.withheld.gps = next.memory.gps_accused = true;
+  next.bookkeeping.excluded.prior_map = belief.bookkeeping.excluded.prior_map;
+  next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = true;
   const Hypothesis kept = confirmed ? Hypothesis{} : keeps_gps_;
   FilterState state = found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty,
                             next, belief, modes);
@@ -208,23 +212,23 @@ FilterState Trust::exclude_gps(bool confirmed, const FilterState& belief, const 
 }
 
 /// Begins the alternative that the INS is faulty, not GPS.
-void Trust::suppose_ins_faulty(const FilterState& belief) {
+void FaultDetection::suppose_ins_faulty(const FilterState& belief) {
   keeps_gps_ = {};
-  if (!without_ins_.alive() || belief.memory.withheld.any_of_ins()) return;
-  keeps_gps_ = {without_ins_.state, belief.belief.x.stamp, belief.memory.distance_m};
-  Memory& m = keeps_gps_.state.memory;
-  m.withheld.gps = m.gps_accused = false;
+  if (!without_ins_.alive() || belief.bookkeeping.excluded.any_of_ins()) return;
+  keeps_gps_ = {without_ins_.state, belief.belief.x.stamp, belief.bookkeeping.distance_m};
+  Bookkeeping& m = keeps_gps_.state.bookkeeping;
+  m.excluded.gps = m.gps_suspected = false;
   m.of(Source::kGpsPosition).refused = 0;
 }
 
-bool Trust::accepts_fixes(const Hypothesis& with_gps) {
+bool FaultDetection::accepts_fixes(const Hypothesis& with_gps) {
   constexpr int kShare = 9;  // accepted for each rejected one
   return with_gps.alive() && with_gps.agreed >= kShare * with_gps.refused;
 }
 
 /// The motion by GPS, LADAR and wheels accepts the fixes, and the wheels turn as they do, against
 /// the INS, or they differ from the INS as by a wrong gyro.
-bool Trust::gps_is_right(Stamp now) const {
+bool FaultDetection::gps_is_right(Stamp now) const {
   constexpr double kVotes = 0.5;
   constexpr double kLikelihood = 25.0;  // logarithm of the ratio; without a fault up to 20
   constexpr double kLikely = 5.0;       // if the INS is suspect for another reason
@@ -238,9 +242,9 @@ bool Trust::gps_is_right(Stamp now) const {
 }
 
 /// No other source decides. Where the LADAR does not confirm the INS, it may be the faulty one: GPS
-/// is withheld, but the decision waits.
-std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const GpsFix& z,
-                                                      const FilterState& belief) {
+/// is excluded, but the decision waits.
+std::optional<FilterState> FaultDetection::exclude_suspect_gps(const Model& model, const GpsFix& z,
+                                                               const FilterState& belief) {
   constexpr Duration kShowsTurning = from_seconds(4.0);
   const bool undecided = accepts_fixes(keeps_gps_) && !ins_is_confirmed(model, z);
   const Duration shows = undecided ? kShowsTurning : kShows;
@@ -249,7 +253,7 @@ std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const 
 }
 
 /// The courses of the fixes and of the INS, and the speed of the wheels.
-void Trust::follow_courses(const Model& model, const Measurement& m) {
+void FaultDetection::follow_courses(const Model& model, const Measurement& m) {
   const FilterState& s = inertial_.subfilter.state;
   const NavState& x = s.belief.x;
   if (!inertial_.subfilter.alive()) return;
@@ -257,12 +261,12 @@ void Trust::follow_courses(const Model& model, const Measurement& m) {
     course_shape_.turn(m.stamp, (x.T_world_vehicle.q * x.rate_vehicle).z());
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
     wheels_mps_ = wheels->speed_mps / x.wheel_scale;
-    wheels_heard_ = m.stamp;
+    wheels_received_ = m.stamp;
   } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
     if (!fix->has_velocity) return;
     // Without the velocity of the antenna against the vehicle.
     const Residual<3> r = gps_velocity(x, *fix, model.params.gps, accel_world(s));
-    const bool fresh = wheels_heard_ > m.stamp - kWheelsFresh;
+    const bool fresh = wheels_received_ > m.stamp - kWheelsFresh;
     course_shape_.add(m.stamp, (x.v_world + r.r).head<2>(), fresh ? wheels_mps_ : 0.0);
   }
 }
@@ -270,7 +274,8 @@ void Trust::follow_courses(const Model& model, const Measurement& m) {
 /// Whether a motion that contains neither GPS nor one other source agrees with the fix, in position
 /// or in velocity, against the motion with that source: which is then faulty, not GPS. If the error
 /// of the motion decides neither, GPS is excluded.
-bool Trust::sides_with_fix(const Model& model, const GpsFix& z, const Subfilter& motion) const {
+bool FaultDetection::sides_with_fix(const Model& model, const GpsFix& z,
+                                    const Subfilter& motion) const {
   if (!motion.alive()) return false;
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
@@ -291,26 +296,28 @@ bool Trust::sides_with_fix(const Model& model, const GpsFix& z, const Subfilter&
 /// Begins the alternative hypothesis that the fix is right and the position of the filter is wrong.
 /// The heading is kept, because a drift of the fixes would look like another heading; after an
 /// outage it is wrong by what a gyro bias has caused that is too small to be found without fixes.
-void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief) {
+void FaultDetection::suppose_gps_right(const Model& model, const GpsFix& z,
+                                       const FilterState& belief) {
   const NavState& x = belief.belief.x;
   const Vec3 off = gps_position(x, z, model.params.gps).r;
-  gps_right_ = {belief, x.stamp, belief.memory.distance_m};
-  const Stamp accepted = belief.memory.of(Source::kGpsPosition).accepted;
-  if (!belief.memory.gps_accused && accepted != Stamp::min()) {
+  gps_right_ = {belief, x.stamp, belief.bookkeeping.distance_m};
+  const Stamp accepted = belief.bookkeeping.of(Source::kGpsPosition).accepted;
+  if (!belief.bookkeeping.gps_suspected && accepted != Stamp::min()) {
     gps_right_.heading_rad =
         std::min(kUndetected_radps * seconds(x.stamp - accepted), kHeading_rad);
   }
   FilterState& s = gps_right_.state;
   s.belief = loosen_world(belief.belief, off.cwiseAbs() + z.sigma_m, gps_right_.heading_rad);
-  s.memory.withheld.gps = s.memory.gps_accused = false;
-  s.memory.of(Source::kGpsPosition).refused = 0;
+  s.bookkeeping.excluded.gps = s.bookkeeping.gps_suspected = false;
+  s.bookkeeping.of(Source::kGpsPosition).refused = 0;
   Innovations unread;
   apply(model, {x.stamp, z}, &s, &unread);
 }
 
 /// Slowly drifting fixes contradict neither the last fix nor a filter that follows them, but the
 /// motion: their distance from the filter changes by more than the filter can have drifted.
-bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
+bool FaultDetection::keeps_its_shape(const Model& model, const GpsFix& z,
+                                     const FilterState& belief) {
   const Vec3 r = gps_position(belief.belief.x, z, model.params.gps).r;
   const Vec2 off = r.head<2>();
   const double variance = largest_variance(horizontal(belief));
@@ -321,7 +328,8 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
     gps_right_.up_m = r.z();
     gps_right_.up_variance_m2 = up_variance;
   }
-  const double turned_m = gps_right_.heading_rad * (belief.memory.distance_m - gps_right_.began_m);
+  const double turned_m =
+      gps_right_.heading_rad * (belief.bookkeeping.distance_m - gps_right_.began_m);
   const double drifted = std::max(0.0, variance - gps_right_.variance_m2) + turned_m * turned_m;
   const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
   const double up_m = r.z() - gps_right_.up_m;
@@ -329,17 +337,18 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
                     2.0 * z.sigma_m.z() * z.sigma_m.z() + kClimb_m * kClimb_m;
   // After an outage, and without the forces of the INS, it is the height of the filter that drifts.
   const bool climbs =
-      belief.memory.gps_accused && uses_forces(belief) && up_m * up_m > kLimit1 * up;
+      belief.bookkeeping.gps_suspected && uses_forces(belief) && up_m * up_m > kLimit1 * up;
   return !climbs && (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
 }
 
-double Trust::possible_error_m(const FilterState& belief) const {
+double FaultDetection::possible_error_m(const FilterState& belief) const {
   const double sigma_m = std::sqrt(largest_variance(horizontal(belief)));
   return std::max(kHorizontalQuantile * sigma_m, undetected(belief.belief.x.stamp).horizontal_m);
 }
 
 /// The velocity of the fix agrees with the filter.
-bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& belief) const {
+bool FaultDetection::moves_along(const Model& model, const GpsFix& z,
+                                 const FilterState& belief) const {
   if (!z.has_velocity) return true;
   const Residual<3> r = gps_velocity(belief.belief.x, z, model.params.gps, accel_world(belief));
   Mat<2, 2> S = (r.H * belief.belief.P * r.H.transpose() + r.R).topLeftCorner<2, 2>();
@@ -352,9 +361,9 @@ bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& 
 /// By how much the heading may be wrong: unknown after a gap or a fault of the INS; otherwise by
 /// what a gyro bias may have caused since a sub-filter branched that has replaced the filter.
 /// Beyond it the fixes are what has turned.
-double Trust::possible_turn_rad(const FilterState& belief) const {
+double FaultDetection::possible_turn_rad(const FilterState& belief) const {
   constexpr double kSigmas = 3.0;
-  const Memory& m = belief.memory;
+  const Bookkeeping& m = belief.bookkeeping;
   const Stamp known = m.of(Source::kGpsPosition).accepted;
   if (known == Stamp::min()) return kPi;
   const Stamp since = known - 2 * params_.branch;
@@ -368,8 +377,8 @@ double Trust::possible_turn_rad(const FilterState& belief) const {
 /// A gap of all inputs, or an undetected gyro bias in an outage, leaves a heading that is wrong by
 /// degrees with a claim of less. No fix is within the possible error any more, and the filter would
 /// reject GPS for ever.
-std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const GpsFix& z,
-                                                   const FilterState& belief) {
+std::optional<FilterState> FaultDetection::heading_is_wrong(const Model& model, const GpsFix& z,
+                                                            const FilterState& belief) {
   const NavState& x = belief.belief.x;
   TurnedPath::Fix fix{z.p_world, z.sigma_m.head<2>().maxCoeff()};
   if (z.has_velocity) {
@@ -389,15 +398,16 @@ std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const Gps
   const Vec3 sigma(turn->sigma_m, turn->sigma_m, std::hypot(off_m, z.sigma_m.z()));
   next.belief =
       loosen_world(change_world(belief.belief, turn->T_new_old), sigma, turn->sigma_yaw_rad);
-  next.memory.withheld.gps = next.memory.gps_accused = false;
-  next.memory.of(Source::kGpsPosition).refused = 0;
+  next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
+  next.bookkeeping.of(Source::kGpsPosition).refused = 0;
   return found(Finding::kFilterFaulty, next, belief, model.params.modes);
 }
 
-std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
-                                                        const FilterState& belief) {
+std::optional<FilterState> FaultDetection::judge_quarantined_fix(const Model& model,
+                                                                 const GpsFix& z,
+                                                                 const FilterState& belief) {
   const NavState& x = belief.belief.x;
-  const Memory& m = belief.memory;
+  const Bookkeeping& m = belief.bookkeeping;
   if (before_.alive()) {  // accepted against the filter, and now contradicts itself
     return found(Finding::kGpsReadmissionRevoked, before_.state, belief, model.params.modes);
   }
@@ -410,7 +420,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
   // After an outage the height has drifted, and that of the fixes is right.
-  const bool height = !m.gps_accused || n.vertical <= model.gates[1];
+  const bool height = !m.gps_suspected || n.vertical <= model.gates[1];
   const bool agrees =
       consistent && height && n.horizontal <= model.gates[2] && moves_along(model, z, belief);
   agreeing_[fixes_++ % agreeing_.size()] = agrees;
@@ -418,22 +428,22 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   if (agrees && agreeing_since_ == Stamp::min()) agreeing_since_ = x.stamp;
   const bool settled = gps_right_.agreed >= params_.agreeing;
   const Vec3 apart = gps_right_.state.belief.x.T_world_vehicle.p - x.T_world_vehicle.p;
-  rival_m_ = settled && !agrees ? apart.head<2>().norm() : 0.0;
+  alternative_m_ = settled && !agrees ? apart.head<2>().norm() : 0.0;
   const auto agreeing = std::count(agreeing_.begin(), agreeing_.end(), true);
   if (agreeing >= params_.agreeing && agrees && x.stamp - agreeing_since_ >= params_.agreeing_for) {
     FilterState next = belief;
-    if (!m.gps_accused && n.vertical > model.gates[1]) {
+    if (!m.gps_suspected && n.vertical > model.gates[1]) {
       // The height has drifted in the outage: it would reject the heights of the fixes for ever.
       const double off_m = std::abs(gps_position(x, z, model.params.gps).r.z());
       next.belief = loosen_world(belief.belief, Vec3(0.0, 0.0, off_m), 0.0);
     }
-    next.memory.withheld.gps = next.memory.gps_accused = false;
-    next.memory.of(Source::kGpsPosition).refused = 0;
+    next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
+    next.bookkeeping.of(Source::kGpsPosition).refused = 0;
     return found(Finding::kGpsReadmitted, next, belief, model.params.modes);
   }
   // A position within the protection level contradicts nothing that is known after an outage.
-  const double possible_m = std::min(possible_error_m(belief), kMostPossible_m);
-  const bool possible = !m.gps_accused && apart.head<2>().norm() <= possible_m;
+  const double possible_m = std::min(possible_error_m(belief), kMaxPossible_m);
+  const bool possible = !m.gps_suspected && apart.head<2>().norm() <= possible_m;
   const bool persistent =
       consistent &&
       x.stamp - gps_right_.began >=

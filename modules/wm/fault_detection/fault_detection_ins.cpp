@@ -56,7 +56,7 @@ double compare(const Residual<M>& by_ins, const Residual<M>& without_ins) {
 
 }  // namespace
 
-void Trust::InertialTest::add(double ratio_now, Stamp now) {
+void FaultDetection::InertialTest::add(double ratio_now, Stamp now) {
   const Duration since = tested == Stamp::min() ? Duration::zero() : now - tested;
   const double dt_s = std::min(seconds(since), kLongestStep_s);
   evidence_s = ratio_now > 1.0 ? evidence_s + dt_s * std::min(ratio_now, kMaxWeight) : 0.0;
@@ -64,14 +64,15 @@ void Trust::InertialTest::add(double ratio_now, Stamp now) {
   tested = now;
 }
 
-bool Trust::InertialTest::lasts(Stamp now, Duration time) const {
+bool FaultDetection::InertialTest::lasts(Stamp now, Duration time) const {
   return ratio > 1.0 && now - tested < kFresh && evidence_s >= seconds(time);
 }
 
 /// The pose of a scan in the rolling map, of which rotation and translation are tested on their
 /// own: the sum of the two tests would hide a small rotation behind an uncertain position.
-std::optional<double> Trust::test_by_match(const Model& model, const RollingMatch& as_registered,
-                                           Inertial* inertial) const {
+std::optional<double> FaultDetection::test_by_match(const Model& model,
+                                                    const RollingMatch& as_registered,
+                                                    Inertial* inertial) const {
   const RollingMatch z =
       scaled(as_registered, model.ladar_scales.at(inertial->subfilter.state.belief.x.stamp));
   const FilterState& s = inertial->subfilter.state;
@@ -92,7 +93,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
   r.R = inertial->matches.covariance(q);
   r.r = inertial->matches.mean(q);
   inertial->residual = r.r;
-  const double driven_m = s.memory.distance_m - inertial->began_m;
+  const double driven_m = s.bookkeeping.distance_m - inertial->began_m;
   const double translation =
       nis_of<3>(r, s.belief.P, 0, std::hypot(kFloor_m, params_.floor_share * driven_m));
   const double rotation = nis_of<3>(r, s.belief.P, 3, kFloor_rad);
@@ -101,7 +102,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
   return std::max(translation, rotation) / limit_3_;
 }
 
-void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
+void FaultDetection::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   if (z.seeded) {  // the result of the old map stays for a moment: its loss may be due to the INS
     scan_ = {};
     for (Inertial* i : {&inertial_new_, &inertial_young_, &inertial_}) i->matches = {};
@@ -127,19 +128,20 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   scan_.map_epoch = z.map_epoch;
 }
 
-void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief,
-                            Stamp stamp) {
+void FaultDetection::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief,
+                                     Stamp stamp) {
   const FilterState& s = inertial_.subfilter.state;
   // A fix that both reject tests nothing. If only the filter with the INS accepts it, the other one
   // has diverged by the LADAR.
   const auto accepts = [stamp](const FilterState& f) {
-    return f.memory.of(Source::kGpsPosition).accepted == stamp;
+    return f.bookkeeping.of(Source::kGpsPosition).accepted == stamp;
   };
   if (!accepts(without_ins_.state) && !accepts(belief)) return;
-  const double driven_m = s.memory.distance_m - without_gps_began_m_;
+  const double driven_m = s.bookkeeping.distance_m - without_gps_began_m_;
   const Nis n = nis(s, z, model.params.gps, params_.floor_share * driven_m);
   double ratio = n.horizontal / limit_2_;
-  const Memory& by = accepts(without_ins_.state) ? without_ins_.state.memory : belief.memory;
+  const Bookkeeping& by =
+      accepts(without_ins_.state) ? without_ins_.state.bookkeeping : belief.bookkeeping;
   if (by.heights_refused == 0) {
     ratio = std::max(ratio, n.vertical / limit_1_);
   }
@@ -153,14 +155,14 @@ void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterSta
   // A fault of the INS that has just begun is not visible in the fixes yet.
   const Duration visible = fix_vote_ < 0.0 ? params_.ladar_refuted : kVisible;
   if (predicts && ins_by_ladar_.ratio > kContradicts && ins_by_ladar_.lasts(stamp, visible)) {
-    ladar_poor_m_ = s.memory.distance_m;
+    ladar_poor_m_ = s.bookkeeping.distance_m;
   }
   const NavState& x = s.belief.x;
   votes_.add(stamp, z, (x.T_world_vehicle.q.conjugate() * x.v_world).x() < 0.0);
 }
 
 /// Between INS and LADAR: which of the motions by one of them, both without GPS, the fix supports.
-void Trust::vote_by_fix(const Model& model, const GpsFix& z) {
+void FaultDetection::vote_by_fix(const Model& model, const GpsFix& z) {
   fix_vote_ = 0.0;
   if (!neither_.alive() || !z.has_velocity) return;
   const auto residual = [&](const FilterState& s) {
@@ -183,7 +185,8 @@ void Trust::vote_by_fix(const Model& model, const GpsFix& z) {
 }
 
 /// Between INS and GPS, if there is no LADAR.
-void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z, bool excluded) {
+void FaultDetection::vote_by_wheels(const OdometryParams& params, const OdometrySample& z,
+                                    bool excluded) {
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const NavState& others = without_ins_.state.belief.x;
   const auto slip = [&](Residual<2> r) {
@@ -197,7 +200,8 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
     r.R.diagonal().array() += sigma_mps * sigma_mps;
     return r;
   };
-  const double shaking_mps2 = std::sqrt(inertial_.subfilter.state.memory.stillness.variance_force);
+  const double shaking_mps2 =
+      std::sqrt(inertial_.subfilter.state.bookkeeping.stillness.variance_force);
   double vote = 0.0;
   if (!excluded) {
     vote = compare(slip(wheel_speed(ins, z, params)), slip(wheel_speed(others, z, params)));
@@ -210,8 +214,8 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
 }
 
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
-void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
-  votes_.expire(m.stamp, !belief.memory.withheld.ins);
+void FaultDetection::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
+  votes_.expire(m.stamp, !belief.bookkeeping.excluded.ins);
   for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_, &ins_by_constraint_, &ins_rises_}) {
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
@@ -223,7 +227,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     ins_quiet_ = m.stamp;
   }
   follow_courses(model, m);
-  if (belief.memory.withheld.any_of_ins()) follow_rotation(m, belief);
+  if (belief.bookkeeping.excluded.any_of_ins()) follow_rotation(m, belief);
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
@@ -237,7 +241,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     const double sigma_mps = std::sqrt(P.diagonal().segment<3>(kVelocity).maxCoeff());
     votes_.add(ins.stamp, *z, covariance, model.params.drive,
                {ins.T_world_vehicle, inertial_.subfilter.branch, sigma_mps}, odometry.constrained);
-    if (belief.memory.withheld.ladar) {
+    if (belief.bookkeeping.excluded.ladar) {
       ins_by_ladar_ = {};
     } else {
       test_ins_by_ladar(model, *z);
@@ -246,9 +250,9 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     votes_.add_course(m.stamp, *fix);
     test_ins_by_fix(model, *fix, belief, m.stamp);
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
-    vote_by_wheels(odometry, *wheels, belief.memory.withheld.wheels);
+    vote_by_wheels(odometry, *wheels, belief.bookkeeping.excluded.wheels);
     const auto accepted = [&](const FilterState& s) {
-      return s.memory.of(Source::kOdometry).accepted == m.stamp;
+      return s.bookkeeping.of(Source::kOdometry).accepted == m.stamp;
     };
     votes_.add(m.stamp, *wheels, ins.wheel_scale, accepted(belief) || accepted(without_ins_.state));
   }
@@ -256,14 +260,14 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
 
 /// In high grass and on steep slopes registrations have errors that their covariances do not
 /// contain: known where GPS has shown that the INS was right.
-bool Trust::ladar_is_poor() const {
+bool FaultDetection::ladar_is_poor() const {
   const LadarScale scale = ladar_scale();
-  const double since_m = inertial_.subfilter.state.memory.distance_m - ladar_poor_m_;
+  const double since_m = inertial_.subfilter.state.bookkeeping.distance_m - ladar_poor_m_;
   return since_m < kPoorFor_m || std::max(scale.position, scale.rotation) > kPoor;
 }
 
 /// Whether a single scan causes the contradiction: the INS turns smoothly.
-bool Trust::by_one_scan() const {
+bool FaultDetection::by_one_scan() const {
   std::array<double, 32> apart_rad = scan_.apart_rad;
   std::partial_sort(apart_rad.begin(), apart_rad.begin() + 2, apart_rad.end(), std::greater<>());
   if (apart_rad[1] >= kOneScan * apart_rad[0]) return false;
@@ -276,7 +280,7 @@ bool Trust::by_one_scan() const {
 /// Between INS and LADAR, which contradict each other: the references that distinguish them decide,
 /// then the fixes that the INS predicts or not. Without fixes only a large contradiction is a
 /// fault, and none where the LADAR is poor.
-Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
+FaultDetection::Faulty FaultDetection::ins_or_ladar(Stamp now) const {
   const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
   if (violates_constraint(kSuspectAcross) || votes_.gyro_axes_wrong()) return Faulty::kIns;
   for (const double vote : {votes_.verdict(), fixes ? fix_vote_ : 0.0}) {
@@ -301,22 +305,23 @@ Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
 /// Wheels and LADAR, which are independent of each other, both contradict the filter and agree with
 /// the one without INS: no third source is needed. A few samples of each are enough, because after
 /// them the registrations, which the INS predicts, follow it.
-bool Trust::only_ins_is_accepted(const FilterState& belief) const {
+bool FaultDetection::only_ins_is_accepted(const FilterState& belief) const {
   constexpr int kSamples = 10;
   constexpr int kMatches = 5;
   const Stamp now = belief.belief.x.stamp;
-  const Memory& without_ins = without_ins_.state.memory;
+  const Bookkeeping& without_ins = without_ins_.state.bookkeeping;
   const auto contradicts = [&](Source source, int refused) {
     const SourceRecord& record = without_ins.of(source);
-    return belief.memory.of(source).refused >= refused && record.refused == 0 &&
+    return belief.bookkeeping.of(source).refused >= refused && record.refused == 0 &&
            record.accepted > now - kFresh;
   };
-  const bool fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
+  const bool fixes = belief.bookkeeping.of(Source::kGpsPosition).accepted > now - kFresh;
   return !fixes && contradicts(Source::kOdometry, kSamples) &&
          contradicts(Source::kRolling, kMatches);
 }
 
-std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
+std::optional<FilterState> FaultDetection::decide_ins(const FilterState& belief,
+                                                      const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return std::nullopt;
   if (only_ins_is_accepted(belief)) return exclude_ins(belief, modes);
@@ -324,7 +329,7 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
     const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
     const bool known = without_ladar_.alive() && now - without_ladar_.branch >= kYoung;
-    if (faulty == Faulty::kLadar && known && !belief.memory.withheld.ladar) {
+    if (faulty == Faulty::kLadar && known && !belief.bookkeeping.excluded.ladar) {
       return exclude_ladar(belief, modes);
     }
   }
@@ -340,7 +345,7 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
 /// The scans confirm the rotation by the INS: its forces are wrong. While fixes are received they
 /// bound the error without a gyro: only a rotation that is clearly right is used, and none soon
 /// after a readmission, when a fault has had no time to show.
-bool Trust::gyro_is_right(Stamp now) const {
+bool FaultDetection::gyro_is_right(Stamp now) const {
   constexpr double kConfirmed = 0.5;
   constexpr double kClearlyConfirmed = 0.15;
   const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
@@ -356,7 +361,7 @@ bool Trust::gyro_is_right(Stamp now) const {
              kMajority;
 }
 
-double Trust::ins_test_ratio() const {
+double FaultDetection::ins_test_ratio() const {
   if (std::max(votes_.verdict(), fix_vote_) > kMajority) return ins_by_ladar_.ratio;
   return ins_by_ladar_.ratio / (ladar_is_poor() ? kUndecidedPoor : kUndecided);
 }

@@ -27,7 +27,7 @@ constexpr double kOtherAccel_mps2 = 0.3;
 }  // namespace
 
 /// The youngest one that branched before the fault can have had an effect.
-const Subfilter& Trust::without_ins_since_the_fault() const {
+const Subfilter& FaultDetection::without_ins_since_the_fault() const {
   const auto& [newest, second, third] = without_ins_recent_;
   for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
     const bool before = candidate->alive() && ins_quiet_ != Stamp::min() &&
@@ -37,44 +37,44 @@ const Subfilter& Trust::without_ins_since_the_fault() const {
   return without_ins_;
 }
 
-FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
+FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   // A rotation that is wrong, too, has spoilt the younger ones.
-  const bool in_part_before = belief.memory.withheld.force;
+  const bool in_part_before = belief.bookkeeping.excluded.force;
   // GPS was excluded for contradicting the filter of which the INS is now known to be wrong.
   const bool fixes_are_right =
       gps_is_right(now) || (accepts_fixes(keeps_gps_) && keeps_gps_.agreed >= kHeldFixes);
   FilterState next = fixes_are_right  ? keeps_gps_.state
                      : in_part_before ? without_ins_.state
                                       : without_ins_since_the_fault().state;
-  next.memory.withheld = belief.memory.withheld;
-  if (fixes_are_right) next.memory.withheld.gps = false;
+  next.bookkeeping.excluded = belief.bookkeeping.excluded;
+  if (fixes_are_right) next.bookkeeping.excluded.gps = false;
   // Likewise without that filter, soon after.
-  const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
-  if (belief.memory.gps_accused && fix > now - kConsequence) {
-    next.memory.withheld.gps = next.memory.gps_accused = false;
-    next.memory.of(Source::kGpsPosition).refused = 0;
+  const Stamp fix = next.bookkeeping.of(Source::kGpsPosition).accepted;
+  if (belief.bookkeeping.gps_suspected && fix > now - kConsequence) {
+    next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
+    next.bookkeeping.of(Source::kGpsPosition).refused = 0;
   }
   // Likewise the LADAR.
-  if (belief.memory.withheld.ladar && monitors_.ladar.excluded() > now - kConsequence) {
-    next.memory.withheld.ladar = false;
-    next.memory.of(Source::kRolling).refused = 0;
+  if (belief.bookkeeping.excluded.ladar && monitors_.ladar.excluded() > now - kConsequence) {
+    next.bookkeeping.excluded.ladar = false;
+    next.bookkeeping.of(Source::kRolling).refused = 0;
   }
   monitors_.ins.exclude(now);
-  next.memory.withheld.force = !in_part_before && !fixes_are_right && gyro_is_right(now);
-  next.memory.withheld.ins = !next.memory.withheld.force;
+  next.bookkeeping.excluded.force = !in_part_before && !fixes_are_right && gyro_is_right(now);
+  next.bookkeeping.excluded.ins = !next.bookkeeping.excluded.force;
   // The sub-filter has not used it: no gap begins.
-  if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
+  if (next.bookkeeping.excluded.force) next.bookkeeping.ins_stamp = next.belief.x.stamp;
   return found(Finding::kInsFaulty, next, belief, modes);
 }
 
-void Trust::suppose_ins_right(const FilterState& belief) {
+void FaultDetection::suppose_ins_right(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  ins_right_ = {belief, now, belief.memory.distance_m};
+  ins_right_ = {belief, now, belief.bookkeeping.distance_m};
   turns_of_ins_right_ = votes_.turns();
   FilterState& s = ins_right_.state;
-  s.memory.withheld.ins = s.memory.withheld.force = false;
-  s.memory.ins_stamp = now;
+  s.bookkeeping.excluded.ins = s.bookkeeping.excluded.force = false;
+  s.bookkeeping.ins_stamp = now;
   const bool other = now - monitors_.ins.excluded() > kOtherBiases;
   const double gyro_radps = other ? kOtherGyro_radps : kSameGyro_radps;
   const double accel_mps2 = other ? kOtherAccel_mps2 : kSameAccel_mps2;
@@ -83,23 +83,24 @@ void Trust::suppose_ins_right(const FilterState& belief) {
 }
 
 /// The hypothesis that the INS is right again.
-std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
-                                                      const FilterState& belief,
-                                                      const ModeParams& modes) {
+std::optional<FilterState> FaultDetection::decide_excluded_ins(const Measurement& m,
+                                                               const FilterState& belief,
+                                                               const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (monitors_.ins.excluded() == Stamp::min()) {  // the filter has been restarted since
     monitors_.ins.exclude(now);
   }
   // The rotation is wrong, too.
-  const bool contradicted =
-      belief.memory.withheld.force && without_ins_.alive() && now - without_ins_.branch >= kYoung &&
-      (belief.memory.of(Source::kRolling).refused >= kGyroRefused || votes_.gyro_axes_wrong() ||
-       votes_.gyro_unconfirmed() || votes_.unconfirmed_turns() > kMajority);
+  const bool contradicted = belief.bookkeeping.excluded.force && without_ins_.alive() &&
+                            now - without_ins_.branch >= kYoung &&
+                            (belief.bookkeeping.of(Source::kRolling).refused >= kGyroRefused ||
+                             votes_.gyro_axes_wrong() || votes_.gyro_unconfirmed() ||
+                             votes_.unconfirmed_turns() > kMajority);
   if (contradicted) {
     FilterState next = without_ins_.state;
-    next.memory.withheld = belief.memory.withheld;
-    next.memory.withheld.force = false;
-    next.memory.withheld.ins = true;
+    next.bookkeeping.excluded = belief.bookkeeping.excluded;
+    next.bookkeeping.excluded.force = false;
+    next.bookkeeping.excluded.ins = true;
     return found(Finding::kInsFaulty, next, belief, modes);
   }
   if (!ins_right_.alive()) {
@@ -122,7 +123,7 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
   // With the gyro the filter knows its tilt: forces that change it are wrong.
   const bool confirmed =
       (uses_wheels(belief) || turned_rad < kSameHeading_rad) &&
-      (!belief.memory.withheld.force || tilt_difference(belief, ins_right_.state) <= kSame2);
+      (!belief.bookkeeping.excluded.force || tilt_difference(belief, ins_right_.state) <= kSame2);
   // A false readmission is worse than a late one.
   if (difference(belief, ins_right_.state, params_.floor_m) > kSame2 ||
       heading_difference(belief, ins_right_.state) > kSame1 ||
@@ -136,18 +137,18 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
 }
 
 /// The rotation by an excluded INS against wheels and LADAR.
-void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
+void FaultDetection::follow_rotation(const Measurement& m, const FilterState& belief) {
   const NavState& x = belief.belief.x;
   if (const ImuSample* imu = m.imu()) {
     const Vec3 turned = imu->delta_angle - seconds(imu->interval) * x.gyro_bias;
     rotation_ = (rotation_ * exp_so3(turned)).normalized();
     rotated_ = m.stamp;
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
-    const bool accepted = belief.memory.of(Source::kOdometry).accepted == m.stamp;
+    const bool accepted = belief.bookkeeping.of(Source::kOdometry).accepted == m.stamp;
     votes_.add(m.stamp, *wheels, x.wheel_scale, accepted);
   } else if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
     votes_.add_turn(m.stamp, *z, {Pose{rotation_, Vec3::Zero()}, monitors_.ins.excluded(), 0.0},
-                    !belief.memory.withheld.ins);
+                    !belief.bookkeeping.excluded.ins);
   }
 }
 

@@ -34,22 +34,22 @@ bool same(double a_mps, double b_mps) {
 }  // namespace
 
 /// The speed of the wheels, which this sub-filter uses, is not that by the INS alone.
-bool Trust::wheels_contradict_ins(const FilterState& others) const {
+bool FaultDetection::wheels_contradict_ins(const FilterState& others) const {
   if (!uses_wheels(others) || !inertial_.subfilter.alive()) return false;
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
-  return !same(others.memory.odometry_mps, ahead_mps);
+  return !same(others.bookkeeping.odometry_mps, ahead_mps);
 }
 
 /// Of what contradicts the fixes, wheels are left: the INS supports the fixes, the LADAR does not
 /// contradict the INS, and the wheels do.
-bool Trust::wheels_are_left(const Model& model, const GpsFix& z) const {
+bool FaultDetection::wheels_are_left(const Model& model, const GpsFix& z) const {
   const FilterState& others = without_gps_.state;
   if (!wheels_contradict_ins(others)) return false;
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
   // With a wrong heading the velocity by the INS is not along the vehicle: the speed is the same.
-  const double wheels_mps = others.memory.odometry_mps;
+  const double wheels_mps = others.bookkeeping.odometry_mps;
   const auto as_fast_as = [&](double mps) {
     return std::abs(std::abs(wheels_mps) - mps) < 0.5 * std::abs(wheels_mps - ahead_mps);
   };
@@ -61,7 +61,7 @@ bool Trust::wheels_are_left(const Model& model, const GpsFix& z) const {
 
 /// The position by the INS alone is nearer to that of the filter, which is by the LADAR, than to
 /// that of the sub-filter by INS and wheels.
-bool Trust::ins_sides_with_ladar(const FilterState& belief) const {
+bool FaultDetection::ins_sides_with_ladar(const FilterState& belief) const {
   const Subfilter& inertial = inertial_.subfilter;
   if (!inertial.alive() || ins_by_ladar_.ratio > kCalm) return false;
   const auto place = [](const FilterState& s) {
@@ -77,7 +77,7 @@ bool Trust::ins_sides_with_ladar(const FilterState& belief) const {
 
 /// Wheels that repeat their values to the last bit, although the LADAR alone measures another
 /// speed, are stuck: no majority is needed, and with a faulty INS there is none.
-bool Trust::wheels_are_stuck(const Measurement& m) {
+bool FaultDetection::wheels_are_stuck(const Measurement& m) {
   if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
     const bool repeats =
         wheels->speed_mps == stuck_.speed_mps &&
@@ -85,7 +85,7 @@ bool Trust::wheels_are_stuck(const Measurement& m) {
     if (!repeats) stuck_.since = m.stamp;
     stuck_.speed_mps = wheels->speed_mps;
     stuck_.yaw_rate_radps = wheels->yaw_rate_radps;
-    stuck_.heard = m.stamp;
+    stuck_.received = m.stamp;
     return false;
   }
   const auto* const match = std::get_if<RollingMatch>(&m.value);
@@ -97,8 +97,8 @@ bool Trust::wheels_are_stuck(const Measurement& m) {
                                     : 0.0;
   const double off_mps = std::abs(ladar_mps - std::abs(stuck_.speed_mps));
   const bool differs =
-      same_map && stuck_.heard != Stamp::min() && stuck_.since <= stuck_.from &&
-      m.stamp - stuck_.heard < kFresh && m.stamp - stuck_.from < 2 * kCompared &&
+      same_map && stuck_.received != Stamp::min() && stuck_.since <= stuck_.from &&
+      m.stamp - stuck_.received < kFresh && m.stamp - stuck_.from < 2 * kCompared &&
       off_mps > kStuck_mps + kStuckShare * std::max(ladar_mps, std::abs(stuck_.speed_mps));
   stuck_.from = m.stamp;
   stuck_.from_m = match->T_rolling_vehicle.p;
@@ -110,12 +110,12 @@ bool Trust::wheels_are_stuck(const Measurement& m) {
 /// The filter rejects the wheels while LADAR or GPS confirm its motion, and no other source is
 /// suspect. Those samples of noisy wheels that it accepts move it all the same, and it would accept
 /// all of them as soon as it is uncertain, after a short gap of the INS.
-bool Trust::wheels_are_refused(const Measurement& input, const FilterState& belief) {
+bool FaultDetection::wheels_are_refused(const Measurement& input, const FilterState& belief) {
   if (!std::holds_alternative<OdometrySample>(input.value)) return false;
   const Stamp now = belief.belief.x.stamp;
-  const Memory& m = belief.memory;
+  const Bookkeeping& m = belief.bookkeeping;
   const Duration since = refused_.at == Stamp::min() ? Duration::max() : input.stamp - refused_.at;
-  const bool again = since < Duration::zero() || since > kGap || m.withheld.wheels;
+  const bool again = since < Duration::zero() || since > kGap || m.excluded.wheels;
   const double rejected = m.of(Source::kOdometry).accepted == input.stamp ? 0.0 : 1.0;
   const double weight = again ? 0.0 : std::min(1.0, seconds(since) / kRefused_s);
   refused_.share = again ? 0.0 : refused_.share + weight * (rejected - refused_.share);
@@ -128,21 +128,21 @@ bool Trust::wheels_are_refused(const Measurement& input, const FilterState& beli
                        ins_by_ladar_.ratio > kInsCalm || violates_constraint(kSuspectAcross);
   const bool follows = m.of(Source::kNonHolonomic).in_row >= kFollowing;
   const bool observed = votes_.sigma_ahead_m() < kObserved_m && confirms(Source::kRolling);
-  return uses_forces(belief) && follows && !suspect && m.odometry_heard > now - kConfirmed &&
+  return uses_forces(belief) && follows && !suspect && m.odometry_received > now - kConfirmed &&
          (observed || confirms(Source::kGpsVelocity));
 }
 
 /// Without INS the yaw rate and the speed of the wheels move the filter, and a filter that is wrong
 /// rejects the fixes.
-bool Trust::wheels_are_outvoted(const Measurement& m, const FilterState& belief) {
+bool FaultDetection::wheels_are_outvoted(const Measurement& m, const FilterState& belief) {
   WheelsVote& others = others_against_wheels_;
-  const bool without_ins = belief.memory.withheld.any_of_ins() || !belief.belief.x.inertial;
+  const bool without_ins = belief.bookkeeping.excluded.any_of_ins() || !belief.belief.x.inertial;
   if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
     others.add(m.stamp, *wheels, belief.belief.x.wheel_scale);
   } else if (const auto* const fix = std::get_if<GpsFix>(&m.value)) {
     others.add(m.stamp, *fix);
   } else if (const auto* const match = std::get_if<RollingMatch>(&m.value)) {
-    const bool turns = belief.memory.withheld.any_of_ins() && rotated_ > m.stamp - kFresh;
+    const bool turns = belief.bookkeeping.excluded.any_of_ins() && rotated_ > m.stamp - kFresh;
     others.add(m.stamp, *match, turns ? &rotation_ : nullptr);
   }
   if (!without_ins) others.begin();
@@ -151,9 +151,10 @@ bool Trust::wheels_are_outvoted(const Measurement& m, const FilterState& belief)
 
 /// What they have done to the filter in the last seconds, if it has accepted them, is uncertain,
 /// and fixes that it has rejected since are used again.
-FilterState Trust::exclude_outvoted_odometry(const FilterState& belief, const ModeParams& modes) {
+FilterState FaultDetection::exclude_outvoted_odometry(const FilterState& belief,
+                                                      const ModeParams& modes) {
   FilterState loose = belief;
-  if (belief.memory.of(Source::kOdometry).refused == 0) {
+  if (belief.bookkeeping.of(Source::kOdometry).refused == 0) {
     const Motion& apart = others_against_wheels_.apart();
     const double m = std::abs(apart.distance_m);
     const double mps = m / seconds(WheelsVote::kWindow);
@@ -161,27 +162,27 @@ FilterState Trust::exclude_outvoted_odometry(const FilterState& belief, const Mo
     loose.belief.P.diagonal().segment<2>(kVelocity).array() += mps * mps;
   }
   const bool consequence =
-      belief.memory.of(Source::kGpsPosition).accepted > belief.belief.x.stamp - kConsequence;
-  if (others_against_wheels_.by_fixes() && belief.memory.gps_accused && consequence) {
-    loose.memory.withheld.gps = loose.memory.gps_accused = false;
-    loose.memory.of(Source::kGpsPosition).refused = 0;
+      belief.bookkeeping.of(Source::kGpsPosition).accepted > belief.belief.x.stamp - kConsequence;
+  if (others_against_wheels_.by_fixes() && belief.bookkeeping.gps_suspected && consequence) {
+    loose.bookkeeping.excluded.gps = loose.bookkeeping.gps_suspected = false;
+    loose.bookkeeping.of(Source::kGpsPosition).refused = 0;
   }
   return exclude_odometry(loose, modes);
 }
 
-FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams& modes) {
+FilterState FaultDetection::exclude_odometry(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   FilterState next = belief;
-  next.memory.withheld.wheels = true;
+  next.bookkeeping.excluded.wheels = true;
   monitors_.odometry.exclude(now);
   odometry_agrees_s_ = 0.0;
   odometry_judged_ = now;
   return found(Finding::kOdometryFaulty, next, belief, modes);
 }
 
-std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
-                                                          const OdometrySample& z,
-                                                          const FilterState& belief) {
+std::optional<FilterState> FaultDetection::judge_excluded_odometry(const Model& model,
+                                                                   const OdometrySample& z,
+                                                                   const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   // The fault is in the estimated scale of the wheels, too.
   const OdometryParams& params = model.params.odometry;
@@ -210,12 +211,12 @@ std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
   }
   next.belief.P(kWheelScale, kWheelScale) = params.scale_sigma * params.scale_sigma;
   next.belief.P(kClimbSlip, kClimbSlip) = params.climb_slip * params.climb_slip;
-  next.memory.withheld.wheels = false;
+  next.bookkeeping.excluded.wheels = false;
   return found(Finding::kOdometryReadmitted, next, belief, model.params.modes);
 }
 
-bool Trust::odometry_excluded(const FilterState& belief) const {
-  return belief.memory.withheld.wheels && odometry_judged_ != Stamp::min() &&
+bool FaultDetection::odometry_excluded(const FilterState& belief) const {
+  return belief.bookkeeping.excluded.wheels && odometry_judged_ != Stamp::min() &&
          belief.belief.x.stamp - odometry_judged_ < kFresh;
 }
 

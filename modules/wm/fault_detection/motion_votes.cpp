@@ -37,8 +37,8 @@ constexpr double kRocking_s = 1.0;  // of the antenna
 constexpr Duration kCourseSettles = from_seconds(5.0);
 constexpr double kNearer = 0.5;     // to the wheels than the other one: they support it
 constexpr double kConfirms = 0.25;  // to the INS, of its distance from the wheels
-constexpr double kMostVotes = 0.5;
-constexpr Duration kDistrusted = from_seconds(20.0);
+constexpr double kMaxVotes = 0.5;
+constexpr Duration kSuspected = from_seconds(20.0);
 constexpr double kPoorRotation = 2.0;         // scale of the errors of a LADAR that is not compared
 constexpr double kSlowest_mps = 2.0;          // at which a velocity has a course
 constexpr double kLargestSigma_radps = 0.05;  // of a yaw rate that is used
@@ -289,7 +289,7 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now, bool in_use) 
   course_turns_ += kShare * (by_course - course_turns_);
   unconfirmed_turns_ += kShare * (against_ins - unconfirmed_turns_);
   long_turns_ += kShare * (newest - long_turns_);
-  if (in_use && long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
+  if (in_use && long_turns_ < -kMaxVotes) suspected_until_ = now.stamp + kSuspected;
   expire(now.stamp, true);
   const Stamp kept = turns_[(turns_count_ + turns_.size() - 1) % turns_.size()].stamp;
   if (turns_count_ > 0 && now.stamp < kept) turns_count_ = 0;  // the clocks have stepped back
@@ -309,8 +309,8 @@ bool MotionVotes::contradict_ins_since(const Turns& begin) const {
 }
 
 void MotionVotes::expire(Stamp now, bool compared) {
-  if (distrusted_ && !compared) distrusted_until_ = now + kDistrusted;
-  distrusted_ = now < distrusted_until_ && now >= distrusted_until_ - kDistrusted;
+  if (suspected_ && !compared) suspected_until_ = now + kSuspected;
+  suspected_ = now < suspected_until_ && now >= suspected_until_ - kSuspected;
 }
 
 void LadarErrors::add(double apart, double uncertainty, double claimed_variance) {
@@ -329,7 +329,7 @@ double odd_one_out(double by_ladar, double by_ins, double by_reference) {
 }
 
 LadarScale MotionVotes::ladar_scale() const {
-  if (distrusted_) return {kLargestPosition, kLargestRotation};
+  if (suspected_) return {kLargestPosition, kLargestRotation};
   return {errors_m_.scale(kLargestPosition), errors_rad_.scale(kLargestRotation)};
 }
 

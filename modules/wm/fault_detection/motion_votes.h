@@ -185,8 +185,8 @@ class MotionVotes {
   Turns sum_;  // up to the newest scan
   std::array<double, 3> votes_{};
   double long_turns_ = 0.0, course_turns_ = 0.0, unconfirmed_turns_ = 0.0;
-  Stamp distrusted_until_ = Stamp::min();  // of the LADAR, whose long turns were wrong
-  bool distrusted_ = false;
+  Stamp suspected_until_ = Stamp::min();  // of the LADAR, whose long turns were wrong
+  bool suspected_ = false;
   LadarErrors errors_m_, errors_rad_;
   double sigma_ahead_m_ = 1.0;
   GyroAxes gyro_axes_;

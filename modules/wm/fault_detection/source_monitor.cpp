@@ -5,7 +5,7 @@
 namespace rcs::wm {
 
 SourceState next_state(SourceState state, const SourceFacts& facts) {
-  if (facts.withheld) return facts.agrees ? SourceState::kReadmitting : SourceState::kExcluded;
+  if (facts.excluded) return facts.agrees ? SourceState::kReadmitting : SourceState::kExcluded;
   const SourceState fused = facts.contradicted ? SourceState::kSuspect : SourceState::kUsed;
   switch (state) {
     case SourceState::kUsed:
@@ -25,9 +25,9 @@ void SourceMonitor::exclude(Stamp now) {
   excluded_ = now;
 }
 
-void SourceMonitor::step(bool withheld, bool contradicted, bool agrees, Stamp now) {
+void SourceMonitor::step(bool excluded, bool contradicted, bool agrees, Stamp now) {
   const bool readmitted = readmitted_ == now;
-  state_ = next_state(state_, {withheld, contradicted, agrees, readmitted, on_probation(now)});
+  state_ = next_state(state_, {excluded, contradicted, agrees, readmitted, on_probation(now)});
 }
 
 }  // namespace rcs::wm

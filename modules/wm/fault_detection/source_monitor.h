@@ -16,9 +16,9 @@ enum class SourceState : int {
 
 /// Of a source, at one instant.
 struct SourceFacts {
-  bool withheld = false;      ///< the filter does not fuse it
+  bool excluded = false;      ///< the filter does not fuse it
   bool contradicted = false;  ///< a test of it is above its limit
-  bool agrees = false;        ///< with what is fused, while it is withheld
+  bool agrees = false;        ///< with what is fused, while it is excluded
   bool readmitted = false;    ///< it is fused again because it agreed, not because another source
                               ///< was the faulty one or the filter has been restarted
   bool watched = false;       ///< readmitted less than the time of probation ago
@@ -36,7 +36,7 @@ class SourceMonitor {
   void exclude(Stamp now);
   void readmit(Stamp now) { readmitted_ = now; }
   /// With the first three of SourceFacts.
-  void step(bool withheld, bool contradicted, bool agrees, Stamp now);
+  void step(bool excluded, bool contradicted, bool agrees, Stamp now);
 
   [[nodiscard]] SourceState state() const { return state_; }
   [[nodiscard]] Stamp excluded() const { return excluded_; }  ///< newest time; min(): never

@@ -7,7 +7,7 @@
 namespace rcs::wm {
 namespace {
 
-constexpr std::size_t kMostObjects = 128;
+constexpr std::size_t kMaxObjects = 128;
 constexpr int kGap = 2;             // cells between those of one cluster, at most, plus one
 constexpr double kLargest_m = 7.0;  // a larger cluster is no person and no vehicle
 constexpr double kGate_m = 1.0;     // from the predicted to the observed centre
@@ -34,7 +34,7 @@ double MovingObject::distance(const Vec2& place, double from_s, double for_s) co
 MovingObjects::MovingObjects(double cell_m, std::size_t most_cells) : cell_m_(cell_m) {
   order_.reserve(most_cells);
   clusters_.reserve(most_cells);
-  objects_.reserve(kMostObjects);
+  objects_.reserve(kMaxObjects);
 }
 
 // Each cluster grows from its first cell: cells that are near one of its own are swapped behind it.
@@ -89,7 +89,7 @@ void MovingObjects::follow(double time_s) {
                                 }),
                  objects_.end());
   for (const Cluster& c : clusters_) {
-    if (c.used || objects_.size() == kMostObjects) continue;
+    if (c.used || objects_.size() == kMaxObjects) continue;
     MovingObject& o = objects_.emplace_back();
     o.p = c.centre;
     o.seen_s = time_s;

@@ -72,32 +72,67 @@ void TerrainGrid::restore_row(const std::byte* row) {
   for (int i = head.i; i < head.i + cells_.size(); ++i, from += sizeof(TerrainCell)) {
     TerrainCell cell;
     std::memcpy(&cell, from, sizeof cell);
-    if (cell.scans == 0 && cell.hidden == 0) continue;
-    if (TerrainCell* const to = cells_.find({i, head.j})) {
-      *to = cell;
-      if (cell.listed != 0 && tall_.size() < kMaxTall) tall_.push_back({i, head.j});
-    }
-    scans_ = 1;  // not empty
+    if (cell.scans > 0 || cell.hidden > 0) restore({i, head.j}, cell);
   }
 }
 
-double TerrainGrid::agreement(const Points& p_vehicle, const Pose& T_local_vehicle) const {
+void TerrainGrid::restore(Cell at, const TerrainCell& cell) {
+  TerrainCell* const to = cells_.find(at);
+  if (to == nullptr) return;
+  *to = cell;
+  if (cell.listed != 0 && tall_.size() < kMaxTall) tall_.push_back(at);
+  scans_ = 1;  // not empty
+}
+
+TerrainAgreement TerrainGrid::agreement(const Points& p_vehicle,
+                                        const Pose& T_local_vehicle) const {
   constexpr double kEqual_m = 0.2;
-  constexpr int kEnough = 50;  // points
-  int near = 0;
-  int equal = 0;
+  TerrainAgreement a;
   for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
     const Vec3 p = Vec3f(p_vehicle[k]).cast<double>();
     if (p.norm() > params_.accurate_m) continue;
     const Vec3 at = T_local_vehicle * p;
-    ++near;
+    ++a.points;
     const TerrainCell* const cell = cells_.find(cells_.cell_at(at.x(), at.y()));
     if (cell == nullptr || cell->scans == 0) continue;
     const auto low_m = static_cast<double>(cell->low_m);
     const auto high_m = std::max(low_m, static_cast<double>(cell->high_m));
-    if (at.z() > low_m - kEqual_m && at.z() < high_m + kEqual_m) ++equal;
+    if (at.z() > low_m - kEqual_m && at.z() < high_m + kEqual_m) ++a.agree;
   }
-  return near < kEnough ? 0.0 : static_cast<double>(equal) / near;
+  return a;
+}
+
+void TerrainGrid::keep_ahead(const Pose& T_old_new, const Pose& T_new_vehicle) {
+  struct Kept {
+    Cell cell;
+    TerrainCell content;
+  };
+  std::vector<Kept> kept;
+  const Vec2 here = T_new_vehicle.p.head<2>();
+  const Vec2 ahead = (T_new_vehicle.q * Vec3::UnitX()).head<2>();
+  const double range_m = params_.accurate_m;
+  const double edge_m = 0.5 * params_.cell_m;
+  const auto lift_m = static_cast<float>(-T_old_new.p.z());
+  const Cell first = cells_.cell_at(here.x() - range_m, here.y() - range_m);
+  const Cell last = cells_.cell_at(here.x() + range_m, here.y() + range_m);
+  for (int j = first.j; j <= last.j; ++j) {
+    for (int i = first.i; i <= last.i; ++i) {
+      const Vec2 centre = edge_m * Vec2(i + 0.5, j + 0.5);
+      const Vec2 away = centre - here;
+      if (away.norm() > range_m || away.dot(ahead) < 0.0) continue;
+      const Vec3 old = T_old_new * Vec3(centre.x(), centre.y(), 0.0);
+      const TerrainCell* const cell = cells_.find(cells_.cell_at(old.x(), old.y()));
+      if (cell == nullptr || (cell->scans == 0 && cell->hidden == 0)) continue;
+      Kept k{{i, j}, *cell};
+      for (float* z : {&k.content.low_m, &k.content.accurate_low_m, &k.content.high_m,
+                       &k.content.pass_low_m}) {
+        *z += lift_m;
+      }
+      kept.push_back(k);
+    }
+  }
+  begin_restore(here, here);
+  for (const Kept& k : kept) restore(k.cell, k.content);
 }
 
 void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {

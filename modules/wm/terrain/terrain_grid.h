@@ -107,6 +107,12 @@ struct TerrainAnswer {
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
 };
 
+/// Points that were compared with the terrain.
+struct TerrainAgreement {
+  int points = 0;
+  int agree = 0;
+};
+
 /// The ground around a cell, z = a + b x + c y, with x and y in cells from its centre.
 struct GroundPlane {
   double a = 0.0, b = 0.0, c = 0.0;
@@ -155,10 +161,15 @@ class TerrainGrid {
     return cell == nullptr || cell->upright > 0;
   }
 
-  /// Share of the points within accurate_m that lie on known ground or on what stands there, [0,
-  /// 1]; 0 if there are too few.
+  /// How many of the points within accurate_m lie on known ground or on what stands there.
   /// @param p_vehicle, T_local_vehicle  as for insert()
-  [[nodiscard]] double agreement(const Points& p_vehicle, const Pose& T_local_vehicle) const;
+  [[nodiscard]] TerrainAgreement agreement(const Points& p_vehicle,
+                                           const Pose& T_local_vehicle) const;
+  /// Discards all terrain but that ahead of the vehicle within accurate_m, and moves it to another
+  /// frame.
+  /// @param T_old_new  a rotation about z and a translation: frame of the grid <- new frame
+  /// @param T_new_vehicle  in the new frame
+  void keep_ahead(const Pose& T_old_new, const Pose& T_new_vehicle);
 
   [[nodiscard]] const TerrainParams& params() const { return params_; }
   [[nodiscard]] bool empty() const { return scans_ == 0; }
@@ -203,6 +214,7 @@ class TerrainGrid {
     int i = 0;
     int j = 0;
   };
+  void restore(Cell at, const TerrainCell& cell);
   void update(const Seen& seen);
   void update_low(const Seen& seen, TerrainCell* cell) const;
   [[nodiscard]] bool overhangs(const Seen& seen) const;

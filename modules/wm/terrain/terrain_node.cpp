@@ -18,12 +18,19 @@ constexpr std::int16_t kUnknownHeight = -32768;
 constexpr int kParts = 3;                   // of a patch's rows, one a cycle
 constexpr std::size_t kMaxUpright = 1'000;  // quarters of cells in a scan
 constexpr double kObjectMargin_m = 0.2;     // what is seen of an object is not all of it
-constexpr double kSamePlace = 0.7;          // share of a scan that agrees
-constexpr double kRest_mps = 0.1;
+constexpr double kSamePlace = 0.95;         // share of a scan that agrees
+constexpr int kMinCompared = 50;            // of its points
+constexpr double kRest_mps = 0.1, kRestSigma_mps = 0.3;
 
 }  // namespace
 
-TerrainDesk::TerrainDesk(const WmConfig& config, Bus* bus)
+bool at_rest(const Belief& belief) {
+  const Mat3 P = belief.P.block<3, 3>(kVelocity, kVelocity);
+  return belief.x.v_world.norm() < kRest_mps &&
+         P.diagonal().maxCoeff() < kRestSigma_mps * kRestSigma_mps;
+}
+
+TerrainServer::TerrainServer(const WmConfig& config, Bus* bus)
     : points_(bus, channel::kSpPoints, 32),
       patches_(bus, channel::kWmMapPatch),
       grid_(config.terrain),
@@ -38,7 +45,7 @@ TerrainDesk::TerrainDesk(const WmConfig& config, Bus* bus)
   patches_.reserve(8 * cells + 200);
 }
 
-void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report) {
+void TerrainServer::step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report) {
   if (rows_ < grid_.params().patch) {
     continue_patch();
     return;
@@ -49,23 +56,23 @@ void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now,
   clock_.advance(now);
 }
 
-void TerrainDesk::clear() {
+void TerrainServer::clear() {
   grid_.clear();
   moving_.clear();
   upright_.clear();
   rows_ = grid_.params().patch;
-  restored_ = false;
+  restored_.reset();
 }
 
 // The points are given in the rolling map of SP; the transformation to frame local is evaluated
 // now, as the local pose may still be slewing.
-void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {
+void TerrainServer::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {
   Pose T_rolling_points;
   const bool good = plausible_stamp(m.utime) &&
                     from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&
                     within(T_rolling_points.p, kFarthest_m);
   if (!good) {
-    tell_refused(points_, Reason::kInvalid, now, report);
+    report_rejected(points_, Reason::kInvalid, now, report);
     return;
   }
   if (!estimator.started()) return;
@@ -81,27 +88,40 @@ void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now,
   const Pose T_local_rolling =
       estimator.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
   const Pose T_local_points = T_local_rolling * T_rolling_points;
-  if (restored_) verify(T_local_points, x.v_world.norm() > kRest_mps, now, report);
+  if (restored_) verify(T_local_points, estimator, now, report);
   grid_.insert(p_vehicle_, T_local_points);
   newest_points_ = std::max(newest_points_, from_utime(m.utime));
   if (grid_.params().motion_s > 0.0) follow_objects(m);
 }
 
-// Ground at another place would be wrong, and is not needed: there, nothing was known either.
-void TerrainDesk::verify(const Pose& T_local_points, bool moves, Stamp now, Report* report) {
-  restored_ = false;
-  const double share = grid_.agreement(p_vehicle_, T_local_points);
-  const bool used = !moves && share >= kSamePlace;
-  if (!used) clear();
+// The vehicle may have been moved. It is at the pose in the restored frame at which it was at rest,
+// with its present tilt.
+void TerrainServer::verify(const Pose& T_local_points, const Estimator& estimator, Stamp now,
+                           Report* report) {
+  const Restored then = *restored_;
+  restored_.reset();
+  const Pose& T_local_vehicle = estimator.T_local_vehicle();
+  const double turn = yaw_of(then.T_local_vehicle.q) - yaw_of(T_local_vehicle.q);
+  const Quat q_then_local = exp_so3(Vec3(0.0, 0.0, turn));
+  const Pose T_then_local{q_then_local, then.T_local_vehicle.p - q_then_local * T_local_vehicle.p};
+  const TerrainAgreement a = grid_.agreement(p_vehicle_, T_then_local * T_local_points);
+  const bool rests = at_rest(estimator.state().belief);
+  const bool used =
+      rests && now <= then.until && a.points >= kMinCompared && a.agree >= kSamePlace * a.points;
+  if (used) {
+    grid_.keep_ahead(T_then_local, T_local_vehicle);
+  } else {
+    clear();
+  }
   report->publish(now, event::kWmResumed,
-                  "start {} the terrain around the vehicle and without the belief: {:.0f} % of the "
-                  "first scan agrees with it (at least {:.0f} % required), and the vehicle {}",
-                  used ? "with" : "without", 100.0 * share, 100.0 * kSamePlace,
-                  moves ? "moves" : "is at rest");
+                  "start {} the terrain ahead and without the belief: {} of {} points of the first "
+                  "scan agree with it (at least {:.0f} % of {} required), the vehicle is {}",
+                  used ? "with" : "without", a.agree, a.points, 100.0 * kSamePlace, kMinCompared,
+                  rests ? "at rest" : "not known to be at rest");
 }
 
 // A scan may come in parts.
-void TerrainDesk::follow_objects(const points_t& m) {
+void TerrainServer::follow_objects(const points_t& m) {
   if (m.scan_id != moving_scan_) upright_.clear();
   moving_scan_ = m.scan_id;
   for (const Cell c : grid_.upright_now()) {
@@ -115,7 +135,7 @@ void TerrainDesk::follow_objects(const points_t& m) {
 }
 
 // The ground that moving objects reach, from the newest scan on.
-void TerrainDesk::mark_motion() {
+void TerrainServer::mark_motion() {
   map_patch_t& m = patch_;
   const double from_s = 1e-6 * static_cast<double>(m.utime);
   const double for_s = grid_.params().motion_s;
@@ -145,7 +165,7 @@ void TerrainDesk::mark_motion() {
   }
 }
 
-void TerrainDesk::begin_patch(const Pose& T_local_vehicle, Stamp local_began) {
+void TerrainServer::begin_patch(const Pose& T_local_vehicle, Stamp local_began) {
   const Cell first = grid_.begin_patch(T_local_vehicle);
   rows_ = 0;
   patch_.utime = to_utime(newest_points_);
@@ -155,7 +175,7 @@ void TerrainDesk::begin_patch(const Pose& T_local_vehicle, Stamp local_began) {
   patch_.base_m = std::round(T_local_vehicle.p.z());
 }
 
-void TerrainDesk::continue_patch() {
+void TerrainServer::continue_patch() {
   const int side = grid_.params().patch;
   const int end = std::min(side, rows_ + (side + kParts - 1) / kParts);
   grid_.answer_rows(rows_, end, &answers_);
@@ -163,7 +183,7 @@ void TerrainDesk::continue_patch() {
   if (rows_ == side) publish_patch();
 }
 
-void TerrainDesk::publish_patch() {
+void TerrainServer::publish_patch() {
   map_patch_t& m = patch_;
   join_sides(grid_.params().patch, grid_.params().side_m, &answers_);
   m.cell_m = grid_.params().cell_m;

@@ -1,6 +1,7 @@
 #pragma once
 // The terrain in the message shell of WM: receives the points of SP, publishes the patch ahead.
 
+#include <optional>
 #include <vector>
 
 #include "lcmtypes/rcs/map_patch_t.hpp"
@@ -15,9 +16,12 @@
 
 namespace rcs::wm {
 
-class TerrainDesk {
+/// The vehicle is at rest for certain: a velocity that is unknown is 0 as well.
+[[nodiscard]] bool at_rest(const Belief& belief);
+
+class TerrainServer {
  public:
-  TerrainDesk(const WmConfig& config, Bus* bus);
+  TerrainServer(const WmConfig& config, Bus* bus);
 
   /// Once a cycle: computes a part of a patch, or inserts the points received. New points wait for
   /// the end of a patch, so that all of it is of one moment.
@@ -34,9 +38,16 @@ class TerrainDesk {
   /// Reference instant of the newest scan in the grid.
   [[nodiscard]] Stamp newest_points() const { return newest_points_; }
   void restore_newest_points(Stamp stamp) { newest_points_ = stamp; }
-  /// The grid was restored for a vehicle that may have been moved: the first scan decides whether
-  /// it is used.
-  void verify_restored() { restored_ = true; }
+  /// Of a grid that was restored for a vehicle that may have been moved.
+  struct Restored {
+    Pose T_local_vehicle;  ///< in the frame of the grid, at rest
+    Stamp until{};         ///< of its use
+  };
+  /// The first scan decides whether the terrain ahead of the vehicle is used, which is moved to the
+  /// present frame; no patch is published before.
+  void verify_restored(const Restored& restored) { restored_ = restored; }
+  /// Whether this is still to be decided.
+  [[nodiscard]] bool restored() const { return restored_.has_value(); }
 
  private:
   void take(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
@@ -45,7 +56,7 @@ class TerrainDesk {
   void publish_patch();
   void follow_objects(const points_t& m);
   void mark_motion();
-  void verify(const Pose& T_local_points, bool moves, Stamp now, Report* report);
+  void verify(const Pose& T_local_points, const Estimator& estimator, Stamp now, Report* report);
 
   Inbox<points_t> points_;
   Outbox<map_patch_t> patches_;
@@ -58,7 +69,7 @@ class TerrainDesk {
   int rows_;  // computed so far of the patch that was begun; all: none is begun
   map_patch_t patch_{};
   Points p_vehicle_;
-  bool restored_ = false;  // and not yet compared with a scan
+  std::optional<Restored> restored_;
   std::vector<TerrainAnswer> answers_;
 };
 

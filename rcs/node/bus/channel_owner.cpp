@@ -9,22 +9,22 @@ namespace rcs {
 ChannelOwner::Verdict ChannelOwner::judge(const Publisher& from, Stamp arrival) const {
   if (rule_ == Rule::kAnyone) return Verdict::kAccepted;
   if (rule_ != Rule::kOne && from.run_id != run_id_) return Verdict::kOtherRun;
-  if (rule_ == Rule::kRun || heard_ == Stamp::min()) return Verdict::kAccepted;
-  return is(from) || arrival - heard_ > silence() ? Verdict::kAccepted : Verdict::kSecond;
+  if (rule_ == Rule::kRun || received_ == Stamp::min()) return Verdict::kAccepted;
+  return is(from) || arrival - received_ > silence() ? Verdict::kAccepted : Verdict::kSecond;
 }
 
 bool ChannelOwner::accept(const Publisher& from, Stamp arrival) {
   const bool same = is(from);
-  const Duration since = heard_ == Stamp::min() ? Duration::zero() : arrival - heard_;
+  const Duration since = received_ == Stamp::min() ? Duration::zero() : arrival - received_;
   if (same) {
     constexpr int kLowPass = 8;
     interval_ = interval_ == Duration::zero() ? since : interval_ + (since - interval_) / kLowPass;
   } else {
     interval_ = Duration::zero();
   }
-  const bool changed = !same && heard_ != Stamp::min();
+  const bool changed = !same && received_ != Stamp::min();
   owner_ = from;
-  heard_ = arrival;
+  received_ = arrival;
   return changed;
 }
 

@@ -36,7 +36,7 @@ class ChannelOwner {
 
   [[nodiscard]] const Publisher& owner() const { return owner_; }
   [[nodiscard]] bool is(const Publisher& from) const {
-    return heard_ != Stamp::min() && from.run_id == owner_.run_id &&
+    return received_ != Stamp::min() && from.run_id == owner_.run_id &&
            from.publisher_id == owner_.publisher_id;
   }
 
@@ -46,8 +46,8 @@ class ChannelOwner {
   Rule rule_ = Rule::kAnyone;
   std::int64_t run_id_ = 0;
   Publisher owner_;
-  Stamp heard_ = Stamp::min();  ///< the owner's newest message; min: no owner yet
-  Duration interval_{};         ///< between its messages, low-passed; zero: unknown
+  Stamp received_ = Stamp::min();  ///< the owner's newest message; min: no owner yet
+  Duration interval_{};            ///< between its messages, low-passed; zero: unknown
 };
 
 /// The rule for a channel of lcmtypes/channels.h.

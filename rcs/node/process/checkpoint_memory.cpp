@@ -113,10 +113,10 @@ void remove_outdated(const std::string& folder, const std::string& prefix, std::
 }  // namespace
 
 Result<std::unique_ptr<CheckpointMemory>> CheckpointMemory::of_this_process(
-    const CheckpointLayout& layout) {
+    const CheckpointLayout& layout, std::int64_t config_id) {
   const char* path = std::getenv(kCheckpointVariable);  // NOLINT(concurrency-mt-unsafe)
   if (path == nullptr || *path == '\0') return std::unique_ptr<CheckpointMemory>();
-  return open(path, layout, this_program());
+  return open(path, layout, this_program() ^ static_cast<std::uint64_t>(config_id));
 }
 
 Result<std::unique_ptr<CheckpointMemory>> CheckpointMemory::open(const std::string& path,
@@ -128,12 +128,9 @@ Result<std::unique_ptr<CheckpointMemory>> CheckpointMemory::open(const std::stri
   FileHandle file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (!file.valid()) return failed("cannot open the checkpoint memory");
   const std::size_t bytes = total_bytes(layout);
-  struct stat status {};
-  if (fstat(file.get(), &status) != 0) return failed("cannot read the size");
-  if (static_cast<std::size_t>(status.st_size) < bytes &&
-      ftruncate(file.get(), static_cast<off_t>(bytes)) != 0) {
-    return failed("cannot set the size");
-  }
+  // A page that the file system has no room for would end the process when it is written.
+  errno = posix_fallocate(file.get(), 0, static_cast<off_t>(bytes));
+  if (errno != 0) return failed("no room for the checkpoint memory");
   void* const mapped = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
   if (mapped == MAP_FAILED) return failed("cannot map");
   std::unique_ptr<CheckpointMemory> memory(
@@ -209,15 +206,15 @@ Result<CheckpointOwner> CheckpointOwner::open(const std::string& folder,
     return Error{fmt::format("cannot open the checkpoint memory {}: {}", path,
                              std::generic_category().message(errno))};
   }
-  if (flock(owner.file_.get(), LOCK_EX | LOCK_NB) != 0) {
-    return Error{fmt::format("{} belongs to another `rcs up` of the same configuration", path)};
-  }
   // Anyone can create a file in /dev/shm.
   const bool own = fstat(owner.file_.get(), &status) == 0 && S_ISREG(status.st_mode) &&
                    status.st_uid == geteuid() && (status.st_mode & 0077) == 0 &&
                    status.st_nlink == 1;
   if (!own) {
     return Error{fmt::format("{} is not a regular file of this user alone: remove it", path)};
+  }
+  if (flock(owner.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+    return Error{fmt::format("{} belongs to another `rcs up` of the same configuration", path)};
   }
   owner.keep();
   if (fstat(owner.file_.get(), &status) == 0) {
@@ -234,7 +231,8 @@ std::string CheckpointOwner::path() const {
 
 std::string checkpoint_folder() {
   const char* const folder = std::getenv("RUNTIME_DIRECTORY");  // NOLINT(concurrency-mt-unsafe)
-  return folder == nullptr || *folder == '\0' ? "/dev/shm" : folder;
+  const std::string given = folder == nullptr ? "" : folder;
+  return given.empty() ? "/dev/shm" : given.substr(0, given.find(':'));  // as systemd writes them
 }
 
 }  // namespace rcs

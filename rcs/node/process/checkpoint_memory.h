@@ -36,9 +36,11 @@ struct CheckpointLayout {
 class CheckpointMemory {
  public:
   /// The memory that `rcs up` has given to this process, else none.
-  /// Records of another program file or of another layout are discarded. Errors name the cause; a
-  /// node can run without the memory.
-  static Result<std::unique_ptr<CheckpointMemory>> of_this_process(const CheckpointLayout& layout);
+  /// Records of another program file, configuration or layout are discarded. Errors name the cause;
+  /// a node can run without the memory.
+  /// @param config_id  ParamFile::text_id()
+  static Result<std::unique_ptr<CheckpointMemory>> of_this_process(const CheckpointLayout& layout,
+                                                                   std::int64_t config_id);
   /// @param program  identifies the program file whose records are valid
   static Result<std::unique_ptr<CheckpointMemory>> open(const std::string& path,
                                                         const CheckpointLayout& layout,

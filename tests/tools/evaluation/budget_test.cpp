@@ -63,7 +63,7 @@ TEST(ScanLatencyTrace, EveryScanHasExactlyOneOutcome) {
   const ScanCounts c = books.close().scans;
   EXPECT_EQ(c.sent, 8);
   EXPECT_EQ(c.full, 3);  // 0, 6 and the lost 5
-  EXPECT_EQ(c.not_heard, 1);
+  EXPECT_EQ(c.not_received, 1);
   EXPECT_EQ(c.degraded, 1);
   EXPECT_EQ(c.held, 1);
   EXPECT_EQ(c.failed, 1);

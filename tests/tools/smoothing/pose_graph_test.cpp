@@ -49,7 +49,7 @@ Scene make_scene() {
     s.state.v_world.push_back(random3(&random, 5.0));
     s.state.gyro_bias.push_back(random3(&random, 0.01));
     s.state.accel_bias.push_back(random3(&random, 0.1));
-    s.state.gps_offset.push_back(random3(&random, 1.0));
+    s.state.gps_bias.push_back(random3(&random, 1.0));
     Vec6 twist;
     twist << random3(&random, 5.0), random3(&random, 0.3);
     s.graph.twist.push_back(twist);

@@ -20,7 +20,7 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kDriveName = "drive";
-constexpr std::int64_t kMostDrives = 10'000;
+constexpr std::int64_t kMaxDrives = 10'000;
 
 /// "3", or "401..420". @return empty: neither, or too many
 std::vector<std::int64_t> seeds_from(std::string_view text) {
@@ -32,7 +32,7 @@ std::vector<std::int64_t> seeds_from(std::string_view text) {
   const std::size_t dots = text.find("..");
   const std::int64_t first = number(text.substr(0, dots));
   const std::int64_t last = dots == std::string_view::npos ? first : number(text.substr(dots + 2));
-  if (first < 0 || last < first || last - first >= kMostDrives) return {};
+  if (first < 0 || last < first || last - first >= kMaxDrives) return {};
   std::vector<std::int64_t> seeds(static_cast<std::size_t>(last - first + 1));
   std::iota(seeds.begin(), seeds.end(), first);
   return seeds;

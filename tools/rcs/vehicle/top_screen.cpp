@@ -44,7 +44,7 @@ Style style_of(int severity) {
 
 std::string state_of(const evaluation::TopView::Node& n) {
   if (n.alive) return "alive";
-  return n.heard ? fmt::format("SILENT {}", span(*n.heard)) : "no process_t";
+  return n.received ? fmt::format("SILENT {}", span(*n.received)) : "no process_t";
 }
 
 /// Of SCHED_FIFO; "-": ordinary scheduling.
@@ -72,7 +72,7 @@ void append_nodes(const evaluation::TopView& view, std::vector<TopLine>* lines) 
   };
   for (const evaluation::TopView::Node& n : view.nodes) {
     lines->push_back(
-        {fmt::format(fmt::runtime(kRow), n.name, state_of(n), n.heard ? span(n.up) : "-",
+        {fmt::format(fmt::runtime(kRow), n.name, state_of(n), n.received ? span(n.up) : "-",
                      number(n.account_hz), ms(n.used_p50), ms(n.used_max), ms(n.min_slack),
                      n.overruns, n.missed, static_cast<int>(n.degrade_level),
                      n.cpu_percent ? fmt::format("{:.0f}", *n.cpu_percent) : "-",
@@ -126,12 +126,12 @@ void append_inputs(const evaluation::TopView& view, std::vector<TopLine>* lines)
 
 void append_nav(const evaluation::TopView& view, std::vector<TopLine>* lines) {
   const evaluation::TopView::Nav& nav = *view.nav;
-  const bool silent = nav.heard > evaluation::TopModel::kSilent;
+  const bool silent = nav.received > evaluation::TopModel::kSilent;
   lines->push_back(
       {fmt::format("wm {}{}{}{}, {} resets, map epoch {}", nav.mode,
                    nav.pose_valid ? "" : ", POSE INVALID",
                    nav.world_valid ? "" : ", no world pose yet",
-                   silent ? fmt::format(", SILENT {}", span(nav.heard)) : "", nav.world_resets,
+                   silent ? fmt::format(", SILENT {}", span(nav.received)) : "", nav.world_resets,
                    nav.map_epoch),
        silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
   lines->push_back({fmt::format(
@@ -144,7 +144,7 @@ void append_nav(const evaluation::TopView& view, std::vector<TopLine>* lines) {
       {fmt::format("  sigma {:.2f} m forward, {:.2f} m left, {:.2f} m up, {:.2f} deg yaw",
                    nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad))});
   const std::string fix = view.fix ? fmt::format("{}, {} satellites, {} ago", view.fix->type,
-                                                 view.fix->satellites, span(view.fix->heard))
+                                                 view.fix->satellites, span(view.fix->received))
                                    : std::string("none received while listening");
   lines->push_back({fmt::format("  GPS fix {}; {:.0f} m since GPS", fix, nav.distance_since_gps_m),
                     view.fix ? Style::kPlain : Style::kWarning});
@@ -160,11 +160,11 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
     return i.bounded ? fmt::format("{:.2f} of {:.1f} m", level_m, limit_m)
                      : fmt::format("unbounded (limit {:.1f} m)", limit_m);
   };
-  const bool silent = i.heard > evaluation::TopModel::kSilent;
+  const bool silent = i.received > evaluation::TopModel::kSilent;
   lines->push_back({fmt::format("  protection level horizontal {}, vertical {}{}",
                                 level(i.protection_horizontal_m, i.limit_horizontal_m),
                                 level(i.protection_vertical_m, i.limit_vertical_m),
-                                silent ? fmt::format(", SILENT {}", span(i.heard)) : ""),
+                                silent ? fmt::format(", SILENT {}", span(i.received)) : ""),
                     silent || !i.bounded ? Style::kAlarm : Style::kPlain});
   const std::string alerts = alert_names(i.alerts);
   const bool alert = alerts != "none";
@@ -175,13 +175,13 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
 
 void append_status(const char* node, const evaluation::TopView::Status& s, const char* suffix,
                    std::vector<TopLine>* lines) {
-  const bool silent = s.heard > evaluation::TopModel::kSilent;
+  const bool silent = s.received > evaluation::TopModel::kSilent;
   const std::string command = s.issuer.empty()
                                   ? "no command yet"
                                   : fmt::format("command {} of {}", s.echo_serial, s.issuer);
   lines->push_back({fmt::format("{} {} {}: {}{}{}, {}{}{}", node, s.status, s.state, command,
                                 s.reason.empty() ? "" : ": ", s.reason, silent ? "SILENT " : "",
-                                span(s.heard), silent ? suffix : std::string(" ago") + suffix),
+                                span(s.received), silent ? suffix : std::string(" ago") + suffix),
                     s.status == "ERROR" || silent ? Style::kAlarm : Style::kHead});
 }
 
@@ -195,7 +195,7 @@ void append_mission(const evaluation::TopView& view, std::vector<TopLine>* lines
   append_status("mission", *view.mission, "", lines);
   if (!view.routes) return;
   const evaluation::TopView::Routes& r = *view.routes;
-  const std::string of = fmt::format("of {} candidates, {} ago", r.candidates, span(r.heard));
+  const std::string of = fmt::format("of {} candidates, {} ago", r.candidates, span(r.received));
   if (!r.chosen) {
     lines->push_back({fmt::format("  route: none {}", of), Style::kWarning});
     return;
@@ -260,7 +260,7 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
   }
   return {{"node", n.name},
           {"alive", n.alive},
-          {"age_ms", json_ms(n.heard)},
+          {"age_ms", json_ms(n.received)},
           {"pid", n.pid},
           {"up_s", seconds(n.up)},
           {"rate_hz", json_number(n.account_hz)},
@@ -284,7 +284,7 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
 nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
   nlohmann::ordered_json ages;
   for (const evaluation::TopView::Nav::Age& a : nav.ages) ages[a.source] = json_ms(a.age);
-  return {{"age_ms", milliseconds(nav.heard)},
+  return {{"age_ms", milliseconds(nav.received)},
           {"mode", nav.mode},
           {"pose_valid", nav.pose_valid},
           {"world_valid", nav.world_valid},
@@ -298,7 +298,7 @@ nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
 }
 
 nlohmann::ordered_json json_status(const evaluation::TopView::Status& s) {
-  return {{"age_ms", milliseconds(s.heard)},
+  return {{"age_ms", milliseconds(s.received)},
           {"status", s.status},
           {"state", s.state},
           {"reason", s.reason},
@@ -307,7 +307,7 @@ nlohmann::ordered_json json_status(const evaluation::TopView::Status& s) {
 }
 
 nlohmann::ordered_json json_routes(const evaluation::TopView::Routes& r) {
-  nlohmann::ordered_json out = {{"age_ms", milliseconds(r.heard)},
+  nlohmann::ordered_json out = {{"age_ms", milliseconds(r.received)},
                                 {"candidates", r.candidates},
                                 {"alert_limit_m", r.alert_limit_m},
                                 {"chosen", nullptr}};
