@@ -26,7 +26,8 @@ CheckpointKeeper::Result CheckpointKeeper::usable(Stamp now) const {
   if (recent && state_.unproven == 0) return Result::kResumed;
   // Rows are written, and so the belief, also while nothing is received.
   const bool at_rest = state_.at_rest && state_.boot_id == publisher_.boot_id &&
-                       within_age(now - state_.newest_points, kOldestTerrain) &&
+                       state_.scanned > Stamp::min() &&
+                       within_age(now - state_.scanned, kOldestTerrain) &&
                        within(state_.continuation.T_local_vehicle.p, kFarthest_m);
   if (!at_rest) return recent ? Result::kNotProven : Result::kTooOld;
   return state_.unproven < kMaxUnproven ? Result::kTerrain : Result::kNotProven;
@@ -50,12 +51,12 @@ CheckpointKeeper::Result CheckpointKeeper::resume(Stamp now, Estimator* estimato
     if (memory_->read_row(k, row_.data())) terrain->grid().restore_row(row_.data());
   }
   if (result == Result::kTerrain) {
-    terrain->verify_restored({here, state_.newest_points + kOldestTerrain});
+    terrain->verify_restored({here, state_.scanned + kOldestTerrain});
     return result;
   }
   estimator->resume(state_.continuation);
   *node = state_.node;
-  terrain->restore_newest_points(state_.newest_points);
+  terrain->restore_newest_scan(state_.newest_points, state_.scanned);
   used_ = now;
   return result;
 }
@@ -86,6 +87,7 @@ void CheckpointKeeper::save(Stamp now, const Estimator& estimator, const Terrain
             unproven_,
             node,
             terrain.newest_points(),
+            terrain.scanned(),
             terrain.grid().start()};
   memory_->write_state(&state_);
   for (std::size_t k = 0; k < kRowsPerCycle; ++k) {

@@ -67,6 +67,7 @@ class CheckpointKeeper {
     int unproven = 0;  // processes in a row that have used such a state, none for kProven
     NodeState node;
     Stamp newest_points = Stamp::min();
+    Stamp scanned = Stamp::min();  // node time
     Vec2 terrain_start = Vec2::Zero();
   };
 

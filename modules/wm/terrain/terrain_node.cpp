@@ -91,6 +91,7 @@ void TerrainServer::take(const points_t& m, const Estimator& estimator, Stamp no
   if (restored_) verify(T_local_points, estimator, now, report);
   grid_.insert(p_vehicle_, T_local_points);
   newest_points_ = std::max(newest_points_, from_utime(m.utime));
+  scanned_ = now;
   if (grid_.params().motion_s > 0.0) follow_objects(m);
 }
 

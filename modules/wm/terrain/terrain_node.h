@@ -37,7 +37,13 @@ class TerrainServer {
   [[nodiscard]] TerrainGrid& grid() { return grid_; }
   /// Reference instant of the newest scan in the grid.
   [[nodiscard]] Stamp newest_points() const { return newest_points_; }
-  void restore_newest_points(Stamp stamp) { newest_points_ = stamp; }
+  void restore_newest_scan(Stamp newest_points, Stamp scanned) {
+    newest_points_ = newest_points;
+    scanned_ = scanned;
+  }
+  /// Node time at which the newest scan was inserted, min(): none; stamps of sensors may be of
+  /// another clock.
+  [[nodiscard]] Stamp scanned() const { return scanned_; }
   /// Of a grid that was restored for a vehicle that may have been moved.
   struct Restored {
     Pose T_local_vehicle;  ///< in the frame of the grid, at rest
@@ -70,6 +76,7 @@ class TerrainServer {
   map_patch_t patch_{};
   Points p_vehicle_;
   std::optional<Restored> restored_;
+  Stamp scanned_ = Stamp::min();
   std::vector<TerrainAnswer> answers_;
 };
 
