@@ -294,8 +294,9 @@ void Fuser::operator()(const GpsFix& z) {
   }
   const FaultDetectionParams& fault_detection = model_.params.fault_detection;
   // After a long silence neither the fixes nor the belief are reliable.
-  if (m.fix_received != Stamp::min() && stamp() - m.fix_received > fault_detection.silence)
+  if (m.fix_received != Stamp::min() && stamp() - m.fix_received > fault_detection.silence) {
     m.excluded.gps = true;
+  }
   m.fix_received = stamp();
   const GpsParams& params = model_.params.gps;
   const Belief before = s_.belief;

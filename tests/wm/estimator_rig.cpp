@@ -34,8 +34,9 @@ Score run(const Experiment& experiment) {
     if (s.belief.x.stamp != at.stamp) continue;
     const Pose& T = s.belief.x.T_world_vehicle;
     const Vec6 e = log_se3(T.inverse() * at.T_world_vehicle);
-    if (s.bookkeeping.georeferenced)
+    if (s.bookkeeping.georeferenced) {
       score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
+    }
     if (s.bookkeeping.georeferenced && i % 100 == 0) {
       score.nees_pose += e.dot(world_pose_covariance(s.belief, 0.0).llt().solve(e)) / 6.0;
       ++score.samples;

@@ -108,8 +108,9 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
         EXPECT_GT(estimator.fault_detection().finding_moved_m(), 0.0);
       }
     }
-    if (i % 10 != 0 || !estimator.started() || !estimator.state().bookkeeping.georeferenced)
+    if (i % 10 != 0 || !estimator.started() || !estimator.state().bookkeeping.georeferenced) {
       continue;
+    }
     const FilterState& s = estimator.state();
     const Integrity told = integrity(s, estimator.fault_detection(), Duration::zero(), params);
     const Vec3 off_m = s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p;

@@ -26,8 +26,9 @@ bool was_compared(Reason reason) {
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
   constexpr Duration kStep = from_milliseconds(50.0);
-  if (s->bookkeeping.excluded.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep)
+  if (s->bookkeeping.excluded.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep) {
     return;
+  }
   advance(model, m.stamp, next_imu, s, records);
   apply(model, m, s, records);
 }
@@ -384,8 +385,9 @@ std::optional<FilterState> FaultDetection::judge(const Model& model, const Measu
   if (!belief.bookkeeping.excluded.wheels && outvoted) {
     return exclude_outvoted_odometry(belief, model.params.modes);
   }
-  if (wrong && !belief.bookkeeping.excluded.wheels)
+  if (wrong && !belief.bookkeeping.excluded.wheels) {
     return exclude_odometry(belief, model.params.modes);
+  }
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.bookkeeping.excluded.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)
@@ -423,8 +425,9 @@ std::optional<FilterState> FaultDetection::judge(const Model& model, const Measu
     change = belief.bookkeeping.excluded.ladar ? judge_quarantined_match(belief, model.params.modes)
                                                : judge_match(belief, model.params.modes);
   } else if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
-    if (belief.bookkeeping.excluded.wheels)
+    if (belief.bookkeeping.excluded.wheels) {
       change = judge_excluded_odometry(model, *wheels, belief);
+    }
   }
   if (!change) renew(belief);
   return change;
@@ -547,8 +550,9 @@ const Subfilter& FaultDetection::subfilter(Without what) const {
 SourceStatus FaultDetection::gps(const FilterState& belief, const ModeParams& modes) const {
   const Bookkeeping& m = belief.bookkeeping;
   const Stamp now = belief.belief.x.stamp;
-  if (m.fix_received == Stamp::min() || now - m.fix_received > modes.gps_timeout)
+  if (m.fix_received == Stamp::min() || now - m.fix_received > modes.gps_timeout) {
     return SourceStatus::kNone;
+  }
   return status(monitors_.gps, m.excluded.gps);
 }
 

@@ -97,8 +97,9 @@ std::optional<FilterState> FaultDetection::judge_fix(const Model& model, const G
   const Nis n = nis(without_gps_.state, z, model.params.gps, params_.floor_share * way_m);
   detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
   double deviating = n.horizontal / limit_2_;
-  if (belief.bookkeeping.heights_refused == 0)
+  if (belief.bookkeeping.heights_refused == 0) {
     deviating = std::max(deviating, n.vertical / limit_1_);
+  }
   sum_velocity(model, z);
   compare_speeds(model, z, without_gps_.state);
   const double drifting = cusum_.maxCoeff() / params_.cusum;

@@ -116,7 +116,7 @@ void TerrainServer::verify(const Pose& T_local_points, const Estimator& estimato
   }
   report->publish(now, event::kWmResumed,
                   "start {} the terrain ahead and without the belief: {} of {} points of the first "
-                  "scan agree with it (at least {:.0f} % of {} required), the vehicle is {}",
+                  "scan agree with it (required: {:.0f} %, of at least {}), the vehicle is {}",
                   used ? "with" : "without", a.agree, a.points, 100.0 * kSamePlace, kMinCompared,
                   rests ? "at rest" : "not known to be at rest");
 }

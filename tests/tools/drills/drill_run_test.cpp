@@ -22,9 +22,9 @@ class DrillRunTest : public testing::Test {
     const char* root = std::getenv("RCS_SOURCE_DIR");
     return std::string(root == nullptr ? "." : root) + "/config/" + path;
   }
-  drills::DrillRecord run(const drills::Drill& drill, drills::Excluded excluded) {
+  drills::DrillRecord run(const drills::Drill& drill, drills::Denied denied) {
     drills::DrillRunOptions options;
-    options.excluded = excluded;
+    options.denied = denied;
     options.stop = [] { return false; };
     Result<drills::DrillRunResult> result =
         drills::run_drill(drill, vehicle_.value(), &*scene_, options);
@@ -37,7 +37,7 @@ class DrillRunTest : public testing::Test {
     drill.stimuli = faults;
     drill.run.length_s = length_s;
     scene_->add_user(length_s);
-    return run(drill, drills::Excluded::kNothing);
+    return run(drill, drills::Denied::kNothing);
   }
   /// The same with the noise of this seed.
   drills::DrillRecord run(const std::vector<drills::Stimulus>& faults, double length_s, int seed) {
@@ -71,16 +71,16 @@ TEST_F(DrillRunTest, ABaselineLacksItsSourceFromTheBeginningOfTheDrill) {
   constexpr int kGps = innovation_t::SOURCE_GPS_POSITION;
   constexpr int kRolling = innovation_t::SOURCE_ROLLING;
   constexpr int kOdometry = innovation_t::SOURCE_ODOMETRY;
-  const drills::DrillRecord all = run(drill, drills::Excluded::kNothing);
+  const drills::DrillRecord all = run(drill, drills::Denied::kNothing);
   EXPECT_GT(after(all, 8.5, kGps), 10);
   EXPECT_GT(after(all, 8.5, kRolling), 20);
-  const drills::DrillRecord no_gps = run(drill, drills::Excluded::kGps);
+  const drills::DrillRecord no_gps = run(drill, drills::Denied::kGps);
   EXPECT_EQ(after(no_gps, 8.5, kGps), 0);
   EXPECT_GT(after(no_gps, 8.5, kRolling), 20);
-  const drills::DrillRecord no_ladar = run(drill, drills::Excluded::kLadar);
+  const drills::DrillRecord no_ladar = run(drill, drills::Denied::kLadar);
   EXPECT_EQ(after(no_ladar, 8.5, kRolling), 0);
   EXPECT_GT(after(no_ladar, 8.5, kGps), 10);
-  const drills::DrillRecord inertial = run(drill, drills::Excluded::kLadarOdometryAndGps);
+  const drills::DrillRecord inertial = run(drill, drills::Denied::kLadarOdometryAndGps);
   EXPECT_EQ(
       after(inertial, 8.5, kGps) + after(inertial, 8.5, kRolling) + after(inertial, 8.5, kOdometry),
       0);
