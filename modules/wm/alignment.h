@@ -94,7 +94,7 @@ class HeadingFinder {
                                                               const NavState& x,
                                                               const AlignParams& params);
 
-/// Applies an georeference to a state in the frame of the filter.
+/// Applies a georeference to a state in the frame of the filter.
 void georeference(const Georeference& a, FilterState* state);
 
 /// The same from a match to the a priori map: the belief inherits the bias of the survey there.

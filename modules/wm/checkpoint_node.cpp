@@ -75,8 +75,12 @@ void CheckpointKeeper::before_terrain(const Estimator& estimator, const TerrainS
 void CheckpointKeeper::save(Stamp now, const Estimator& estimator, const TerrainServer& terrain,
                             const NodeState& node) {
   // The terrain that was restored is in another frame until it is verified.
-  if (terrain.restored()) used_ = now;
+  if (terrain.restored()) {
+    used_ = now;
+    other_frame_ = true;
+  }
   if (!estimator.started() || terrain.restored()) return;
+  if (other_frame_) memory_->clear();
   if (unproven_ > 0 && now - used_ > kProven) unproven_ = 0;
   const Belief& b = estimator.state().belief;
   state_ = {estimator.continuation(),
@@ -90,7 +94,9 @@ void CheckpointKeeper::save(Stamp now, const Estimator& estimator, const Terrain
             terrain.scanned(),
             terrain.grid().start()};
   memory_->write_state(&state_);
-  for (std::size_t k = 0; k < kRowsPerCycle; ++k) {
+  const std::size_t rows = other_frame_ ? terrain.grid().rows() : kRowsPerCycle;
+  other_frame_ = false;
+  for (std::size_t k = 0; k < rows; ++k) {
     terrain.grid().save_row(next_row_, row_.data());
     memory_->write_row(next_row_, row_.data());
     next_row_ = (next_row_ + 1) % terrain.grid().rows();

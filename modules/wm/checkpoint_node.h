@@ -52,7 +52,7 @@ class CheckpointKeeper {
   /// Before the terrain takes a scan, once a cycle: counts the use of a restored terrain.
   void before_terrain(const Estimator& estimator, const TerrainServer& terrain);
 
-  /// Once a cycle: the state, and some rows of the terrain.
+  /// Once a cycle: the state, and some rows of the terrain; all once restored terrain is verified.
   void save(Stamp now, const Estimator& estimator, const TerrainServer& terrain,
             const NodeState& node);
 
@@ -71,14 +71,15 @@ class CheckpointKeeper {
     Vec2 terrain_start = Vec2::Zero();
   };
 
-  std::unique_ptr<CheckpointMemory> memory_;
   [[nodiscard]] Result usable(Stamp now) const;
   void count_use();
 
+  std::unique_ptr<CheckpointMemory> memory_;
   Publisher publisher_;
   State state_;
   Stamp used_ = Stamp::min();  // node time at which this process used a state
   bool counted_ = false;       // the use of a restored terrain
+  bool other_frame_ = false;   // the rows in the memory are in the frame of a predecessor
   int unproven_ = 0;
   Duration age_{};
   std::size_t next_row_ = 0;

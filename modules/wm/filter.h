@@ -155,7 +155,7 @@ struct Bookkeeping {
   double height_off_m = 0.0;  ///< of the newest of them
   Stamp heights_since = Stamp::min();
   Stamp height_accepted = Stamp::min();
-  bool georeferenced = false;  ///< georeferenced: frame world is that of the datum
+  bool georeferenced = false;  ///< frame world is that of the datum
   Pose T_path_vehicle;         ///< composition of the predicted body increments only
   Pose T_local_vehicle;        ///< the same with LADAR corrections; steps at each of them
   /// Uncorrected increment: change of the vehicle's pose in the rolling map by other sources since

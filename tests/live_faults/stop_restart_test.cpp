@@ -197,6 +197,25 @@ void expect_no_motion(Kind kind, const char* name) {
 TEST(StopDrill, KillBg) { expect_no_motion(Kind::kKillBg, "kill -9 of bg"); }
 TEST(StopDrill, KillAllNodes) { expect_no_motion(Kind::kKillAll, "kill -9 of all nodes"); }
 TEST(StopDrill, RestartUp) { expect_no_motion(Kind::kRestartUp, "kill -9, restart of rcs up"); }
+/// At rest for as long as WM needs to write all of its terrain.
+TEST(StopDrill, TheTerrainAheadOutlivesUp) {
+  LiveFault drill;
+  const auto reported = [&drill](const char* text) {
+    return std::any_of(drill.events.begin(), drill.events.end(),
+                       [&](const std::string& e) { return e.find(text) != std::string::npos; });
+  };
+  ASSERT_TRUE(drill.run_until_well(kPatience)) << drill.recovery.missing();
+  ASSERT_EQ(drill.run.run_program("rcs", {"go", "--emergency-stop", "--timeout", "30"}, kPatience),
+            0);
+  drill.run_for(from_seconds(10.0));
+  drill.run.restart_up();
+  EXPECT_TRUE(drill.run.run_until(drill.run.now() + kPatience, [&] {
+    return reported("start with the terrain ahead") || reported("start without");
+  }));
+  EXPECT_TRUE(reported("start with the terrain ahead"));
+  EXPECT_EQ(drill.run.trouble(), "");
+}
+
 TEST(StopDrill, StopOverDds) {
   expect_no_motion(Kind::kDds, "stop over DDS, kill -9 of gateway and bg");
 }

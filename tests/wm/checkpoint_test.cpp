@@ -391,6 +391,23 @@ TEST_F(WmCheckpointAtRest, TheTerrainOfAnotherPlaceIsNotUsed) {
   EXPECT_LT(known_cells(*patches_.latest()), known_ / 2);
 }
 
+// The process ends before it has written each row once.
+TEST_F(WmCheckpointAtRest, NothingOfADiscardedTerrainIsLeft) {
+  restart_all();
+  moved_m_ = 3.0F;
+  std::size_t k = kEnd + 300;
+  for (std::string text; text.empty(); k += 10) {
+    ASSERT_LT(k, kEnd + 1300);
+    run(k, k + 10);
+    text = newest_event();
+  }
+  start(1, 3);
+  begin_sensors();
+  moved_m_ = 0.0F;
+  run(k, k + 300);
+  EXPECT_NE(newest_event().find("start without the terrain"), std::string::npos);
+}
+
 TEST_F(WmCheckpointAtRest, TerrainIsUsedAtMostThreeTimesWithoutProof) {
   restart_all();
   for (std::size_t k = 0; k <= 3; ++k) {

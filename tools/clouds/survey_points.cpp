@@ -93,11 +93,11 @@ class LasPoints final : public SurveyPointFile {
     const unsigned number = wide ? returns & 15U : returns & 7U;
     const unsigned of = wide ? returns >> 4U : returns >> 3U & 7U;
     const unsigned klass = wide ? record[16] : record[15] & 31U;
-    const bool excluded = ((wide ? record[15] >> 2U : record[15] >> 7U) & 1U) != 0;
+    const bool withheld = ((wide ? record[15] >> 2U : record[15] >> 7U) & 1U) != 0;
     out->add(p[0] * header_.scale[0] + header_.offset[0],
              p[1] * header_.scale[1] + header_.offset[1],
              p[2] * header_.scale[2] + header_.offset[2], static_cast<std::int16_t>(klass),
-             number >= of, excluded);
+             number >= of, withheld);
   }
 
   LasHeader header_;

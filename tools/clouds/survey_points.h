@@ -17,7 +17,7 @@ struct SurveyPoints {
   std::vector<double> x, y, z;        ///< in the coordinates of the file, scale and offset applied
   std::vector<std::int16_t> klass;    ///< ASPRS class, [0, 255]; kNoClass: none
   std::vector<std::uint8_t> last;     ///< 1: last return of its pulse, or unknown
-  std::vector<std::uint8_t> invalid;  ///< 1: flagged as excluded in the file, or not finite
+  std::vector<std::uint8_t> invalid;  ///< 1: flagged as withheld in the file, or not finite
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
   void clear();

@@ -18,6 +18,7 @@
 #include "lcmtypes/rcs/routes_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
+#include "tools/evaluation/received.h"
 
 namespace rcs::evaluation {
 
@@ -202,12 +203,6 @@ class TopModel {
     std::deque<Work> work;
     std::map<std::string, InputState> inputs;
   };
-  template <class T>
-  struct Received {
-    Stamp arrival;
-    T message;
-  };
-
   NodeState* node(std::string_view name);
   void view_work(NodeState* n) const;
 

@@ -17,14 +17,11 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/log/log_file.h"
+#include "tools/evaluation/received.h"
 
 namespace rcs::studies {
 
-template <class T>
-struct Received {
-  Stamp arrival;
-  T message{};
-};
+using evaluation::Received;
 
 /// Messages received up to a moment, oldest first. Of the states only the newest.
 struct MessageHistory {

@@ -15,7 +15,7 @@ constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter 
 constexpr Duration kBetweenScans = from_milliseconds(300.0);
 constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
 
-/// A measurement of a excluded source, one without a datum, of another map or without an observed
+/// A measurement of an excluded source, one without a datum, of another map or without an observed
 /// direction neither agrees nor contradicts.
 bool was_compared(Reason reason) {
   return reason != Reason::kQuarantine && reason != Reason::kNoDatum && reason != Reason::kEpoch &&

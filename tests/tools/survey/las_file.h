@@ -15,7 +15,7 @@ struct LasPoint {
   int klass = 2;
   int number = 1;  ///< of
   int returns = 1;
-  bool excluded = false;
+  bool withheld = false;
 };
 
 struct LasRecord {
@@ -68,7 +68,7 @@ struct LasFile {
       for (std::size_t a = 0; a < 3; ++a) {
         put(at + 4 * a, static_cast<std::int32_t>(std::llround((v[a] - offset[a]) / scale)), &out);
       }
-      const int held = p.excluded ? 1 : 0;
+      const int held = p.withheld ? 1 : 0;
       if (format < 6) {
         out[at + 14] = static_cast<char>(p.number | p.returns << 3 | 0xC0);
         out[at + 15] = static_cast<char>(p.klass | 0x20 | held << 7);  // synthetic
