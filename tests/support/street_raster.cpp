@@ -326,10 +326,11 @@ Result<Survey> read_survey(const std::string& path, int class_column, double uni
       const Vec3 p = unit_m * Vec3(block.x[k], block.y[k], block.z[k]);
       constexpr int kGround = 2;
       constexpr int kWater = 9;
-      if (block.klass[k] == kGround)
+      if (block.klass[k] == kGround) {
         survey.ground.push_back(p);
-      else if (block.klass[k] != kWater)
+      } else if (block.klass[k] != kWater) {
         survey.vegetation.push_back(p);
+      }
     }
   }
   if (survey.ground.empty()) return Error{path + ": no points of class 2 (ground)"};

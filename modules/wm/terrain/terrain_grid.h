@@ -123,7 +123,8 @@ struct GroundPlane {
   [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
 };
 
-/// Allocates nothing after construction, except in keep_ahead(). A shift of the window writes each cell that enters once.
+/// Allocates nothing after construction, except in keep_ahead(). A shift of the window writes each
+/// cell that enters once.
 class TerrainGrid {
  public:
   explicit TerrainGrid(const TerrainParams& params);
