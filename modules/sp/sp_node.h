@@ -27,6 +27,7 @@
 #include "modules/sp/scan/stamp_watch.h"
 #include "modules/sp/sp_config.h"
 #include "modules/sp/start/initial_localization_node.h"
+#include "modules/sp/usual_overlap.h"
 #include "modules/sp/voxel_scale.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
@@ -68,6 +69,7 @@ class SpNode final : public Node {
   void sample();
   [[nodiscard]] double fitting_scale();
   void choose_voxels(const Cycle& cycle);
+  [[nodiscard]] bool matches_less_than_usual(const registration::Registration& r) const;
   [[nodiscard]] bool matches_less_than(double share, const registration::Registration& r) const;
   void search_wide(const Expectation& expected, registration::Registration* rolling);
   /// This scan and the last one as two clouds; compared at most once.
@@ -140,7 +142,7 @@ class SpNode final : public Node {
   VoxelScale scale_;
   std::vector<float> distances_;
   double range_m_ = 0.0;        ///< median of the newest scan with enough points
-  double usual_overlap_ = 0.0;  ///< low-passed over the scans
+  UsualOverlap usual_overlap_;  ///< of the scans of this map
   int failures_ = 0;            // in a row
   MotionGuess motion_guess_;
   std::optional<Pose> T_level_rolling_;  // while frame world is unknown

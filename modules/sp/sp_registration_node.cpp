@@ -22,7 +22,6 @@ constexpr double kDistortion_rad = 0.005;
 // less than these shares of the usual overlap is searched again from farther away, or rejected.
 constexpr double kDoubtful = 0.8;
 constexpr double kWrong = 0.6;
-constexpr double kOverlapLowPass = 0.1;
 // Since the last registered scan: another view, of which less is in the map.
 constexpr double kNewView_m = 3.0;
 constexpr double kHardly = 0.3;
@@ -315,7 +314,7 @@ void SpNode::seed(const Cycle& cycle, const Pose& T_rolling_vehicle) {
       static_cast<std::int32_t>((registration_message_.utime / 1000) % 1'000'000'000);
   epoch_ = std::max(epoch_ + 1, from_time + 1);
   failures_ = 0;
-  usual_overlap_ = 0.0;  // of a map of one scan less overlaps
+  usual_overlap_.forget();  // of a map of one scan less overlaps
   choose_voxels(cycle);
   map_.clear();
   map_.insert(dense_, T_rolling_vehicle);
@@ -354,7 +353,8 @@ void SpNode::register_by_own_motion(registration::Prediction* prediction,
 /// that is new is used, and one that contradicts the last scan is rejected.
 void SpNode::recover(const Cycle& cycle, const Expectation& expected, ScanPair* pair,
                      registration::Prediction* prediction, registration::Registration* rolling) {
-  register_by_last_scan(kDoubtful * usual_overlap_, pair, prediction, rolling);
+  const double where_predicted = rolling->overlap;
+  register_by_last_scan(kDoubtful * usual_overlap_.mean(), pair, prediction, rolling);
   if (matches_less_than(kDoubtful, *rolling)) {
     registration::Registration found = *rolling;
     search_wide(expected, &found);
@@ -367,6 +367,8 @@ void SpNode::recover(const Cycle& cycle, const Expectation& expected, ScanPair* 
     pair->contradiction.reset();
     prediction->T_target_vehicle = found.T_target_vehicle;
     *rolling = found;
+  } else if (rolling->overlap == where_predicted) {
+    return;  // nothing matches more
   }
   const Vec6 off =
       log_se3(expected.at_reference.T_rolling_vehicle.inverse() * rolling->T_target_vehicle);
@@ -379,7 +381,11 @@ void SpNode::recover(const Cycle& cycle, const Expectation& expected, ScanPair* 
 
 /// Whether the registration fails, or matches less of the scan than a share of what is usual here.
 bool SpNode::matches_less_than(double share, const registration::Registration& r) const {
-  return !registration::usable(r.stop) || r.overlap < share * usual_overlap_;
+  return !registration::usable(r.stop) || r.overlap < share * usual_overlap_.mean();
+}
+
+bool SpNode::matches_less_than_usual(const registration::Registration& r) const {
+  return !registration::usable(r.stop) || r.overlap < usual_overlap_.least();
 }
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
@@ -402,7 +408,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     // A belief of WM is wrong if nothing has matched it for several scans; other views are not.
     const bool failing = failures_ >= kLostAfter;
     const bool lost = expected.by_belief ? failing && matches_less_than(kHardly, rolling)
-                                         : matches_less_than(kDoubtful, rolling);
+                                         : matches_less_than_usual(rolling);
     if (lost) recover(cycle, expected, &pair, &prediction, &rolling);
     // What matches hardly anything matches by chance. A search that converges may have found a new
     // view; one that does not has found nothing, as in scans that a wrong gyro has distorted.
@@ -455,11 +461,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     return;
   }
   failures_ = 0;
-  if (!expected.ins_lost) {
-    // Without INS the usual share is needed at once.
-    const bool first = expected.by_scans && usual_overlap_ == 0.0;
-    usual_overlap_ += (first ? 1.0 : kOverlapLowPass) * (rolling.overlap - usual_overlap_);
-  }
+  if (!expected.ins_lost) usual_overlap_.add(rolling.overlap);
   const Pose T_rolling_vehicle = registration::fused_pose(prediction, rolling);
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   remember_scan(T_rolling_vehicle);

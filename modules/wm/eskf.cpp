@@ -399,6 +399,13 @@ Belief move_map(const Belief& b, const Mat6& covariance) {
   return next;
 }
 
+bool at_rest(const Belief& b) {
+  constexpr double kRest_mps = 0.1;
+  constexpr double kSigma_mps = 0.3;
+  const Vec3 variance = b.P.diagonal().segment<3>(kVelocity);
+  return b.x.v_world.norm() < kRest_mps && variance.maxCoeff() < kSigma_mps * kSigma_mps;
+}
+
 Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad) {
   const Mat3 R_vehicle_world = b.x.T_world_vehicle.rotation().transpose();
   Mat<kSize, 4> G = Mat<kSize, 4>::Zero();  // by (shift, turn about the vertical at the vehicle)

@@ -78,6 +78,9 @@ struct Lasting {
 /// @param covariance  of that error, right perturbation of T_rolling_vehicle
 [[nodiscard]] Belief move_map(const Belief& b, const Mat6& covariance);
 
+/// The velocity is known, and it is zero.
+[[nodiscard]] bool at_rest(const Belief& b);
+
 /// Adds a shift and a rotation about the vehicle's vertical, common to vehicle and rolling map, to
 /// the uncertainty in frame world. The covariance of the vehicle relative to the map is unchanged.
 [[nodiscard]] Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad);

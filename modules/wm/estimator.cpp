@@ -243,7 +243,11 @@ void Estimator::step_clock(Stamp to) {
   m.rejected_matches = {};
   Innovations none;
   if (passed > kBlind) {
-    forget_place(&state);
+    if (stands_in_map(state.belief)) {
+      forget_all_but_map(to, &state);
+    } else {
+      forget_place(&state);
+    }
     state.belief.x.stamp = to;
   } else {
     advance(history_.model(), to, nullptr, &state, &none);
@@ -258,6 +262,11 @@ void Estimator::begin_after_silence(Stamp to) {
   FilterState state = history_.head();
   silence_began_ = state.belief.x.stamp;
   silence_ended_ = to;
+  if (stands_in_map(state.belief)) {
+    forget_all_but_map(to, &state);
+    restart(state);
+    return;
+  }
   if (state.belief.x.map_epoch >= 0) {
     before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
   } else {
@@ -271,12 +280,37 @@ void Estimator::begin_after_silence(Stamp to) {
   restart(state);
 }
 
+/// A vehicle that stood when all inputs fell silent is looked for where it stood.
+bool Estimator::stands_in_map(const Belief& b) { return at_rest(b) && b.x.map_epoch >= 0; }
+
+/// What the vehicle did meanwhile is unknown; the map did not move. The match that is fused next
+/// ties the pose to it.
+void Estimator::forget_all_but_map(Stamp to, FilterState* state) {
+  constexpr double kSigma_m = 30.0, kSigma_rad = 1.0, kSigma_mps = 5.0, kSigma_radps = 1.0;
+  NavState& x = state->belief.x;
+  x.v_world = x.rate_vehicle = Vec3::Zero();
+  x.stamp = to;
+  Cov& P = state->belief.P;
+  const auto forget = [&P](int first, double sigma) {
+    P.middleRows<3>(first).setZero();
+    P.middleCols<3>(first).setZero();
+    P.diagonal().segment<3>(first).setConstant(sigma * sigma);
+  };
+  forget(kPosition, kSigma_m);
+  forget(kAttitude, kSigma_rad);
+  forget(kVelocity, kSigma_mps);
+  forget(kRate, kSigma_radps);
+  Bookkeeping& m = state->bookkeeping;
+  m.uncorrected = Pose{};
+  m.rejected_matches = {};
+  m.ins_stamp = m.ins_gap_end = to;
+  m.odometry_received = m.constrained = Stamp::min();
+}
+
 /// This process was silent, not the sensors: SP has tracked the vehicle in its rolling map
-/// meanwhile, and the map did not move. The pose follows from the match, with the covariance of the
-/// map.
+/// meanwhile. The pose follows from the match, with the covariance of the map.
 void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
   constexpr double kTracked_hz = 4.0;  // registrations that SP published meanwhile
-  constexpr double kSigma_m = 30.0, kSigma_rad = 1.0, kSigma_mps = 5.0, kSigma_radps = 1.0;
   before_silence_->registrations += match.missed + 1;
   if (stamp < before_silence_->end) return;  // received late, from before or within the silence
   const BeforeSilence before = *before_silence_;
@@ -294,27 +328,11 @@ void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
   const Pose here = x.T_world_rolling * match.T_rolling_vehicle * T_vehicle_seen.inverse();
   const Pose step = x.T_world_vehicle.inverse() * here;
   x.T_world_vehicle = here;
-  x.v_world = x.rate_vehicle = Vec3::Zero();
-  x.stamp = stamp;
-  // Unknown but for the map: the match itself, which is fused next, ties the pose to the map.
-  Cov& P = state.belief.P;
-  const auto forget = [&P](int first, double sigma) {
-    P.middleRows<3>(first).setZero();
-    P.middleCols<3>(first).setZero();
-    P.diagonal().segment<3>(first).setConstant(sigma * sigma);
-  };
-  forget(kPosition, kSigma_m);
-  forget(kAttitude, kSigma_rad);
-  forget(kVelocity, kSigma_mps);
-  forget(kRate, kSigma_radps);
+  forget_all_but_map(stamp, &state);
   Bookkeeping& m = state.bookkeeping;
   m.T_path_vehicle = m.T_path_vehicle * step;
   m.T_local_vehicle = m.T_local_vehicle * step;
-  m.uncorrected = Pose{};
-  m.rejected_matches = {};
   m.distance_m += step.p.norm();
-  m.ins_stamp = m.ins_gap_end = stamp;
-  m.odometry_received = m.constrained = Stamp::min();
   restart(state);
   T_local_vehicle_ = before.T_local_vehicle * step;
 }

@@ -105,6 +105,8 @@ class Estimator {
   void step_clock(Stamp to);
   void move_clock(Duration step);
   void begin_after_silence(Stamp to);
+  [[nodiscard]] static bool stands_in_map(const Belief& b);
+  static void forget_all_but_map(Stamp to, FilterState* state);
   void place_in_rolling_map(Stamp stamp, const RollingMatch& match);
   void restart(const FilterState& state);
   void forget_place(FilterState* state) const;

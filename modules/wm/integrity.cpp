@@ -88,8 +88,13 @@ Integrity integrity(const FilterState& state, const FaultDetection& fault_detect
   constexpr int kSeveral = 3;  // fixes or matches in a row
   // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
   // from the start: the share of the minimum detectable error is capped below the alert limit.
+  // While gaps of the INS prevent the tests, an error of any source grows unseen.
+  constexpr double kUnseen_mps = 1.0;
+  const Duration untested = fault_detection.untested_for(state.belief.x.stamp);
   const double unseen_m =
-      fused(gps) ? std::min(fault_detection.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
+      kUnseen_mps * seconds(untested) +
+      (fused(gps) ? std::min(fault_detection.detectable_m(), 0.8 * limits.limit_horizontal_m)
+                  : 0.0);
   const double alternative_m = std::max(excluded(gps) ? fault_detection.alternative_m() : 0.0,
                                         fault_detection.map_alternative_m());
   const Vec3 refuted_m = apart_from_matches(state);
@@ -128,7 +133,7 @@ Integrity integrity(const FilterState& state, const FaultDetection& fault_detect
     out.alerts |= kAlertLadar;
   }
   if (excluded(fault_detection.ins(state)) || fault_detection.ins_test_ratio() > 1.0 ||
-      fault_detection.ins_is_untested(state.belief.x.stamp)) {
+      untested > Duration::zero()) {
     out.alerts |= kAlertIns;
   }
   if (fault_detection.odometry_excluded(state)) out.alerts |= kAlertOdometry;

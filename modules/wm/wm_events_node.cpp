@@ -36,7 +36,8 @@ constexpr std::string_view kFindings[] = {
     "GPS excluded: the belief has rejected its fixes; no filter without GPS tells which is wrong",
     "a priori map readmitted: its matches agree with the fixes"};
 
-constexpr char kFdeText[] = "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m";
+constexpr char kFaultText[] = "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m";
+constexpr char kReadmissionText[] = "{}; belief moved by {:.2f} m";
 
 /// The end of an exclusion. Fixes that replace the belief reveal a fault of the filter.
 bool readmits(Finding finding) {
@@ -209,10 +210,10 @@ void WmNode::report_source_status(Stamp now) {
     const std::string_view part = in_part ? ", only its rotation is used" : "";
     const std::string_view text = kFindings[static_cast<std::size_t>(finding)];
     if (readmits(finding)) {
-      report_.publish_end(now, event::kWmFde, kFdeText, text, part, fault_detection.finding_ratio(),
+      report_.publish_end(now, event::kWmFde, kReadmissionText, text,
                           fault_detection.finding_moved_m());
     } else {
-      report_.publish(now, event::kWmFde, kFdeText, text, part, fault_detection.finding_ratio(),
+      report_.publish(now, event::kWmFde, kFaultText, text, part, fault_detection.finding_ratio(),
                       fault_detection.finding_moved_m());
     }
     reported_findings_ = fault_detection.findings();
@@ -256,7 +257,11 @@ void WmNode::report_alerts(Stamp now) {
     text.add_level("vertical", integrity_.protection_vertical_m, integrity_.limit_vertical_m);
   }
   if (raised(kAlertInput)) text.add("input alert: no sensor is received");
-  if (raised(kAlertIns)) {
+  const Duration untested = fault_detection.untested_for(s.belief.x.stamp);
+  const bool tested = excluded(fault_detection.ins(s)) || fault_detection.ins_test_ratio() > 1.0;
+  if (raised(kAlertIns) && !tested && untested > Duration::zero()) {
+    text.add("INS alert: its gaps prevent the tests of all sources");
+  } else if (raised(kAlertIns)) {
     text.add_source("INS", excluded(fault_detection.ins(s)), fault_detection.ins_test_ratio(), 0,
                     "increments");
   }

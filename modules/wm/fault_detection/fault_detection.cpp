@@ -43,10 +43,13 @@ FaultDetection::FaultDetection(const FaultDetectionParams& params)
       limit_3_(chi_square_gate(3, params.false_alarm)) {}
 
 void FaultDetection::clear() {
-  const FaultDetectionParams params = params_;
-  const int findings = findings_;
-  *this = FaultDetection(params);
-  findings_ = findings;
+  FaultDetection cleared(params_);
+  // It may not have been reported yet.
+  cleared.finding_ = finding_;
+  cleared.findings_ = findings_;
+  cleared.finding_ratio_ = finding_ratio_;
+  cleared.finding_moved_m_ = finding_moved_m_;
+  *this = cleared;
 }
 
 void FaultDetection::Hypothesis::count(bool accepted) {
@@ -71,7 +74,7 @@ void FaultDetection::move(const Model& model, const Measurement& m, const ImuSam
   for (Subfilter* subfilter :
        {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter, &newest,
         &second, &third, &without_ins_young_, &without_ins_, &without_ladar_young_, &without_ladar_,
-        &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_}) {
+        &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_, &given_up_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
     // Where the vehicle pitches over an edge the constant rate is wrong. The match is then
@@ -128,6 +131,7 @@ void FaultDetection::drop_what_passed_a_gap(Stamp now) {
   if (!dropped) return;
   if (untested_since_ == Stamp::max()) untested_since_ = now;
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_alternative_m_ = 0.0;
+  ladar_height_ratio_ = 0.0;
   suspicious_fixes_ = map_contradicted_ = 0;
   gps_contradicts_ = Stamp::max();
   cusum_.setZero();
@@ -149,8 +153,10 @@ bool FaultDetection::tests_are_calm(Stamp branch, const FilterState& belief) con
   const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
   const bool uncertain = age > 2 * params_.branch;
   const double limit = age > 4 * params_.branch ? 1.0 : uncertain ? kCalmLater : kCalm;
-  const double worst = std::max(
-      {gps, ladar_test_ratio_, map_test_ratio_, ins_by_gps_.ratio, ins_by_constraint_.ratio});
+  // A tilted mount moves the height slowly, and the biases of the INS follow it.
+  constexpr double kHeightWeight = 3.0;
+  const double worst = std::max({gps, ladar_test_ratio_, kHeightWeight * ladar_height_ratio_,
+                                 map_test_ratio_, ins_by_gps_.ratio, ins_by_constraint_.ratio});
   const double ins = ladar_is_poor() ? ins_test_ratio() : ins_by_ladar_.ratio;
   return worst <= limit && ins <= (uncertain ? kContradicts : kInsCalm);
 }
@@ -336,26 +342,48 @@ void FaultDetection::bound_undetected(const FilterState& belief) {
   }
 }
 
+namespace {
+
+/// From the filter, plus the error of `other` (99.9 %).
+UndetectedError distance_to(const FilterState& other, const FilterState& filter) {
+  const Vec3 apart_m = other.belief.x.T_world_vehicle.p - filter.belief.x.T_world_vehicle.p;
+  const double sigma_m = std::sqrt(largest_variance(horizontal(other)));
+  const double sigma_up_m = std::sqrt(other.belief.P(kPosition + 2, kPosition + 2));
+  UndetectedError out;
+  out.stamp = filter.belief.x.stamp;
+  out.horizontal_m = apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m;
+  out.vertical_m = std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m;
+  return out;
+}
+
+}  // namespace
+
 /// The distance to where GPS was excluded instead of the INS.
 void FaultDetection::bound_keeping_gps(const FilterState& belief) {
   constexpr Duration kDecided = from_seconds(60.0);
   const FilterState& s = keeps_gps_.state;
   const Stamp now = belief.belief.x.stamp;
   if (keeps_gps_.alive() && now - keeps_gps_.began > kDecided) keeps_gps_ = {};
-  bound_keeping_gps_ = {};
-  if (!keeps_gps_.alive()) return;
-  const Vec3 apart_m = s.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
-  const double sigma_m = std::sqrt(largest_variance(horizontal(s)));
-  const double sigma_up_m = std::sqrt(s.belief.P(kPosition + 2, kPosition + 2));
-  bound_keeping_gps_.stamp = now;
-  bound_keeping_gps_.horizontal_m = apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m;
-  bound_keeping_gps_.vertical_m = std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m;
+  bound_keeping_gps_ = keeps_gps_.alive() ? distance_to(s, belief) : UndetectedError{};
 }
 
-UndetectedError FaultDetection::undetected(Stamp stamp) const {
+/// The distance to the motion that was given up for fixes that persisted: which of the two was
+/// wrong nobody knows.
+void FaultDetection::bound_given_up(const FilterState& belief) {
+  constexpr Duration kDoubtful = from_seconds(60.0);
+  const Stamp now = belief.belief.x.stamp;
+  if (given_up_.alive() && now - given_up_.branch > kDoubtful) given_up_ = {};
+  bound_given_up_ = given_up_.alive() ? distance_to(given_up_.state, belief) : UndetectedError{};
+}
+
+UndetectedError FaultDetection::undetected_by_tests(Stamp stamp) const {
   return bound_without_ins_.error.at(stamp)
       .larger(bound_without_ladar_.error.at(stamp))
       .larger(bound_keeping_gps_);
+}
+
+UndetectedError FaultDetection::undetected(Stamp stamp) const {
+  return undetected_by_tests(stamp).larger(bound_given_up_);
 }
 
 std::optional<FilterState> FaultDetection::add(const Model& model, const Measurement& m,
@@ -371,6 +399,7 @@ std::optional<FilterState> FaultDetection::add(const Model& model, const Measure
   if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
     bound_undetected(belief);
     bound_keeping_gps(belief);
+    bound_given_up(belief);
   }
   forget_silent(belief);
   std::optional<FilterState> change = judge(model, m, belief);
@@ -401,6 +430,8 @@ std::optional<FilterState> FaultDetection::judge(const Model& model, const Measu
   if (suspected && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
     if (!keeps_gps_.alive()) suppose_ins_faulty(belief);
+  } else if (suspected && fix != nullptr && ladar_rejects_too(belief)) {
+    return exclude_early_ins(model, belief);
   } else if (suspected && fix != nullptr) {
     finding_ = Finding::kGpsRejected;
     ++findings_;
@@ -438,7 +469,7 @@ void FaultDetection::forget_silent(const FilterState& belief) {
   const Stamp fresh = belief.belief.x.stamp - kFresh;
   const Bookkeeping& m = belief.bookkeeping;
   if (!m.excluded.ladar && m.of(Source::kRolling).accepted < fresh) {
-    ladar_test_ratio_ = 0.0;
+    ladar_test_ratio_ = ladar_height_ratio_ = 0.0;
     ladar_suspected_since_ = Stamp::min();
   }
   if (!m.excluded.gps && gps_judged_ < fresh) {
@@ -516,6 +547,12 @@ FilterState FaultDetection::found(Finding finding, const FilterState& next,
   if (finding == Finding::kMapReadmitted) monitors_.prior_map.readmit(now);
   gps_right_ = keeps_gps_ = ladar_right_ = ins_right_ = map_right_ = {};
   bound_keeping_gps_ = {};
+  // It uses the INS, and does not know which other source is wrong.
+  if (finding != Finding::kGpsFaulty) {
+    given_up_ = {};
+    bound_given_up_ = {};
+  }
+  agree_with_given_up_ = 0;
   turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
   scan_ = {};
@@ -528,6 +565,7 @@ FilterState FaultDetection::found(Finding finding, const FilterState& next,
   suspicious_fixes_ = map_contradicted_ = 0;
   gps_contradicts_ = Stamp::max();
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = alternative_m_ = map_alternative_m_ = 0.0;
+  ladar_height_ratio_ = 0.0;
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kFilterFaulty ? Subfilter{belief, now} : Subfilter{};
   // Sub-filters that have fused a faulty source are discarded.

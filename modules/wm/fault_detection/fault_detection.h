@@ -4,6 +4,7 @@
 // once its place in time is final, delayed by the lag of the history; a finding replaces the state
 // there, and all later inputs are fused again.
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -119,9 +120,10 @@ class FaultDetection {
   [[nodiscard]] LadarScale ladar_scale() const { return votes_.ladar_scale(); }
   /// Against the LADAR. The limit is lower while wheels or GPS contradict the INS, too.
   [[nodiscard]] double ins_test_ratio() const;
-  /// Gaps of the INS have prevented its tests for long.
-  [[nodiscard]] bool ins_is_untested(Stamp now) const {
-    return untested_since_ != Stamp::max() && now - untested_since_ > kUntested;
+  /// For how long gaps of the INS have prevented the tests, beyond what a single gap causes.
+  [[nodiscard]] Duration untested_for(Stamp now) const {
+    if (untested_since_ == Stamp::max()) return Duration::zero();
+    return std::max<Duration>(now - untested_since_ - kUntested, Duration::zero());
   }
   /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
@@ -208,7 +210,7 @@ class FaultDetection {
                                                     Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
   void branch_recent(const FilterState& belief);
-  [[nodiscard]] const Subfilter& without_ins_since_the_fault() const;
+  [[nodiscard]] const Subfilter* without_ins_since_the_fault() const;
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
   [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
@@ -220,6 +222,8 @@ class FaultDetection {
   [[nodiscard]] bool only_ins_is_accepted(const FilterState& belief) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
+  [[nodiscard]] static bool ladar_rejects_too(const FilterState& belief);
+  FilterState exclude_early_ins(const Model& model, const FilterState& belief);
   [[nodiscard]] bool is_left_by_gps(Stamp now) const;
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
@@ -286,6 +290,10 @@ class FaultDetection {
   [[nodiscard]] static bool accepts_fixes(const Hypothesis& with_gps);
   [[nodiscard]] bool gps_is_right(Stamp now) const;
   void bound_keeping_gps(const FilterState& belief);
+  [[nodiscard]] UndetectedError undetected_by_tests(Stamp stamp) const;
+  void bound_given_up(const FilterState& belief);
+  [[nodiscard]] bool sides_with_given_up(const Model& model, const GpsFix& z,
+                                         const FilterState& belief);
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
   void forget_silent(const FilterState& belief);
@@ -333,6 +341,9 @@ class FaultDetection {
   Stamp gps_quiet_ = Stamp::min();  ///< newest time without any sign of a fault of GPS
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
+  /// The same for longer, if the fixes only persisted: they may have been wrong all the time.
+  Subfilter given_up_;
+  int agree_with_given_up_ = 0;  ///< fixes in a row that contradict the filter
   Hypothesis gps_right_, ladar_right_, ins_right_, map_right_;
   /// While GPS is contradicted, or excluded although the INS may be the faulty one: the filter that
   /// keeps GPS and excludes the INS.
@@ -385,12 +396,13 @@ class FaultDetection {
   } refused_;
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
-  static constexpr Duration kUntested = from_seconds(20.0);
+  static constexpr Duration kUntested = from_seconds(10.0);
   Stamp untested_since_ = Stamp::max();  ///< a gap of the INS; max(): sub-filters have branched
   Stamp gps_judged_ = Stamp::min();      ///< newest fix
   /// First fix, or readmitted; the filter moves to it for a while.
   Stamp gps_fused_from_ = Stamp::min();
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
+  double ladar_height_ratio_ = 0.0;  ///< the part of the height of that of the LADAR
   double alternative_m_ = 0.0, map_alternative_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch
   double detectable_m_ = kAnything_m;
@@ -399,7 +411,7 @@ class FaultDetection {
     Vec2 rate_mps = Vec2::Zero();  ///< horizontal, vertical; of the newest comparison alone
   };
   Bound bound_without_ins_, bound_without_ladar_;
-  UndetectedError bound_keeping_gps_;
+  UndetectedError bound_keeping_gps_, bound_given_up_;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
   double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;

@@ -344,7 +344,8 @@ bool FaultDetection::keeps_its_shape(const Model& model, const GpsFix& z,
 
 double FaultDetection::possible_error_m(const FilterState& belief) const {
   const double sigma_m = std::sqrt(largest_variance(horizontal(belief)));
-  return std::max(kHorizontalQuantile * sigma_m, undetected(belief.belief.x.stamp).horizontal_m);
+  return std::max(kHorizontalQuantile * sigma_m,
+                  undetected_by_tests(belief.belief.x.stamp).horizontal_m);
 }
 
 /// The velocity of the fix agrees with the filter.
@@ -412,6 +413,9 @@ std::optional<FilterState> FaultDetection::judge_quarantined_fix(const Model& mo
   if (before_.alive()) {  // accepted against the filter, and now contradicts itself
     return found(Finding::kGpsReadmissionRevoked, before_.state, belief, model.params.modes);
   }
+  if (sides_with_given_up(model, z, belief)) {
+    return found(Finding::kGpsReadmissionRevoked, given_up_.state, belief, model.params.modes);
+  }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_test_ratio_ = n.horizontal / model.gates[2];
   if (gps_is_right(x.stamp)) return exclude_ins(belief, model.params.modes);
@@ -453,7 +457,25 @@ std::optional<FilterState> FaultDetection::judge_quarantined_fix(const Model& mo
           (possible ? std::min(kPossible_m, params_.persistent_m) : params_.persistent_m) &&
       gps_right_.agreed >= 9 * gps_right_.refused;
   if (!persistent) return std::nullopt;
-  return found(Finding::kFilterFaulty, gps_right_.state, belief, model.params.modes);
+  FilterState next = found(Finding::kFilterFaulty, gps_right_.state, belief, model.params.modes);
+  given_up_ = {belief, x.stamp};
+  bound_given_up(next);
+  return next;
+}
+
+/// Fixes that were wrong and are right again contradict the filter that has followed them, and
+/// agree with the motion that was given up.
+bool FaultDetection::sides_with_given_up(const Model& model, const GpsFix& z,
+                                         const FilterState& belief) {
+  constexpr int kInRow = 3;
+  if (!given_up_.alive()) return false;
+  const FilterState& s = given_up_.state;
+  const double gate = model.gates[2];
+  const bool agrees = nis(belief, z, model.params.gps, 0.0).horizontal > gate &&
+                      nis(s, z, model.params.gps, 0.0).horizontal <= gate &&
+                      moves_along(model, z, s);
+  agree_with_given_up_ = agrees ? agree_with_given_up_ + 1 : 0;
+  return agree_with_given_up_ >= kInRow;
 }
 
 }  // namespace rcs::wm

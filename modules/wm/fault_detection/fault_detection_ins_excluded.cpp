@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "modules/wm/alignment.h"
 #include "modules/wm/fault_detection/fault_detection.h"
 #include "modules/wm/fault_detection/filter_difference.h"
 
@@ -23,18 +24,24 @@ constexpr double kSameGyro_radps = 0.0005;
 constexpr double kSameAccel_mps2 = 0.02;
 constexpr double kOtherGyro_radps = 0.02;
 constexpr double kOtherAccel_mps2 = 0.3;
+// Sigmas of what an INS has moved that was faulty before any sub-filter branched.
+constexpr double kSpoilt_m = 20.0;
+constexpr double kSpoiltUp_m = 5.0;
+constexpr double kSpoiltHeading_rad = 0.2;
 
 }  // namespace
 
-/// The youngest one that branched before the fault can have had an effect.
-const Subfilter& FaultDetection::without_ins_since_the_fault() const {
+/// The youngest one that branched before the fault can have had an effect; null: there is none.
+const Subfilter* FaultDetection::without_ins_since_the_fault() const {
   const auto& [newest, second, third] = without_ins_recent_;
   for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
     const bool before = candidate->alive() && ins_quiet_ != Stamp::min() &&
                         candidate->branch <= ins_quiet_ - kBefore;
-    if (before) return *candidate;
+    if (before) return candidate;
   }
-  return without_ins_;
+  const bool old = without_ins_.alive() && ins_quiet_ != Stamp::min() &&
+                   without_ins_.branch <= ins_quiet_ - kBefore;
+  return old ? &without_ins_ : nullptr;
 }
 
 FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModeParams& modes) {
@@ -44,9 +51,8 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   // GPS was excluded for contradicting the filter of which the INS is now known to be wrong.
   const bool fixes_are_right =
       gps_is_right(now) || (accepts_fixes(keeps_gps_) && keeps_gps_.agreed >= kHeldFixes);
-  FilterState next = fixes_are_right  ? keeps_gps_.state
-                     : in_part_before ? without_ins_.state
-                                      : without_ins_since_the_fault().state;
+  const Subfilter* const clean = in_part_before ? &without_ins_ : without_ins_since_the_fault();
+  FilterState next = fixes_are_right ? keeps_gps_.state : (clean ? *clean : without_ins_).state;
   next.bookkeeping.excluded = belief.bookkeeping.excluded;
   if (fixes_are_right) next.bookkeeping.excluded.gps = false;
   // Likewise without that filter, soon after.
@@ -54,6 +60,11 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   if (belief.bookkeeping.gps_suspected && fix > now - kConsequence) {
     next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
     next.bookkeeping.of(Source::kGpsPosition).refused = 0;
+    // A fault from the start has spoilt place and heading of all: the fixes give them again.
+    if (clean == nullptr && !fixes_are_right) {
+      next.belief =
+          loosen_world(next.belief, Vec3(kSpoilt_m, kSpoilt_m, kSpoiltUp_m), kSpoiltHeading_rad);
+    }
   }
   // Likewise the LADAR.
   if (belief.bookkeeping.excluded.ladar && monitors_.ladar.excluded() > now - kConsequence) {
@@ -66,6 +77,25 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   // The sub-filter has not used it: no gap begins.
   if (next.bookkeeping.excluded.force) next.bookkeeping.ins_stamp = next.belief.x.stamp;
   return found(Finding::kInsFaulty, next, belief, modes);
+}
+
+/// Matches and fixes are independent of each other, and the filter rejects both.
+bool FaultDetection::ladar_rejects_too(const FilterState& belief) {
+  constexpr int kInRow = 3;
+  const Bookkeeping& m = belief.bookkeeping;
+  const bool map_moved =
+      m.rejected_matches.reset > belief.belief.x.stamp - RejectedMatches::kResetLasts;
+  return !m.excluded.any_of_ins() && (map_moved || m.of(Source::kRolling).refused >= kInRow);
+}
+
+/// The INS is faulty before any sub-filter without it has branched, and has spoilt place, heading
+/// and velocity: the filter begins again without it.
+FilterState FaultDetection::exclude_early_ins(const Model& model, const FilterState& belief) {
+  FilterState next = belief;
+  next.bookkeeping.excluded.ins = true;
+  begin_again(model.params, &next);
+  monitors_.ins.exclude(belief.belief.x.stamp);
+  return found(Finding::kInsFaulty, next, belief, model.params.modes);
 }
 
 void FaultDetection::suppose_ins_right(const FilterState& belief) {

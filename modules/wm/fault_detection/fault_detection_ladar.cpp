@@ -110,7 +110,10 @@ std::optional<FilterState> FaultDetection::judge_match(const FilterState& belief
     ladar_test_ratio_ = 0.0;
     return std::nullopt;
   }
-  ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
+  // The height, too: a mount that was knocked downwards lets the map climb.
+  ladar_height_ratio_ = height_separation(without_ladar_.state, belief, params_.floor_m) / limit_1_;
+  ladar_test_ratio_ = std::max(difference(without_ladar_.state, belief, params_.floor_m) / limit_2_,
+                               ladar_height_ratio_);
   // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const int refused = belief.bookkeeping.of(Source::kGpsPosition).refused;
   const bool contradicts =
@@ -174,7 +177,9 @@ std::optional<FilterState> FaultDetection::judge_quarantined_match(const FilterS
   if (std::max(scale.position, scale.rotation) > kMaxScale || votes_.verdict() < -kMaxAgainst) {
     return std::nullopt;
   }
-  ladar_test_ratio_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
+  ladar_test_ratio_ =
+      std::max(difference(belief, ladar_right_.state, params_.floor_m) / limit_2_,
+               height_separation(belief, ladar_right_.state, params_.floor_m) / limit_1_);
   if (ladar_test_ratio_ > kCalm) return std::nullopt;
   return found(Finding::kLadarReadmitted, ladar_right_.state, belief, modes);
 }

@@ -34,6 +34,13 @@ double height_difference(const FilterState& a, const FilterState& b, double floo
   return d * d / (variance + floor_m * floor_m);
 }
 
+double height_separation(const FilterState& less, const FilterState& more, double floor_m) {
+  constexpr int kHeight = kPosition + 2;
+  const double d = less.belief.x.T_world_vehicle.p.z() - more.belief.x.T_world_vehicle.p.z();
+  const double known = less.belief.P(kHeight, kHeight) - more.belief.P(kHeight, kHeight);
+  return d * d / (std::max(known, 0.0) + floor_m * floor_m);
+}
+
 double tilt_difference(const FilterState& less, const FilterState& more) {
   constexpr double kFloor = 3e-3;  // [rad], for errors that are not modelled
   const Vec3 turned =

@@ -22,6 +22,10 @@ inline Mat<2, 2> horizontal(const FilterState& s) {
 /// The same of the heading. A rotated map changes the heading long before the position.
 [[nodiscard]] double heading_difference(const FilterState& less, const FilterState& more);
 
+/// The same of the height.
+[[nodiscard]] double height_separation(const FilterState& less, const FilterState& more,
+                                       double floor_m);
+
 /// The same of roll and pitch.
 [[nodiscard]] double tilt_difference(const FilterState& less, const FilterState& more);
 

@@ -20,15 +20,8 @@ constexpr std::size_t kMaxUpright = 1'000;  // quarters of cells in a scan
 constexpr double kObjectMargin_m = 0.2;     // what is seen of an object is not all of it
 constexpr double kSamePlace = 0.95;         // share of a scan that agrees
 constexpr int kMinCompared = 50;            // of its points
-constexpr double kRest_mps = 0.1, kRestSigma_mps = 0.3;
 
 }  // namespace
-
-bool at_rest(const Belief& belief) {
-  const Mat3 P = belief.P.block<3, 3>(kVelocity, kVelocity);
-  return belief.x.v_world.norm() < kRest_mps &&
-         P.diagonal().maxCoeff() < kRestSigma_mps * kRestSigma_mps;
-}
 
 TerrainServer::TerrainServer(const WmConfig& config, Bus* bus)
     : points_(bus, channel::kSpPoints, 32),

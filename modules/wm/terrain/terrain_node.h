@@ -16,9 +16,6 @@
 
 namespace rcs::wm {
 
-/// The vehicle is at rest for certain: a velocity that is unknown is 0 as well.
-[[nodiscard]] bool at_rest(const Belief& belief);
-
 class TerrainServer {
  public:
   TerrainServer(const WmConfig& config, Bus* bus);
