@@ -30,14 +30,16 @@ struct Seen {
   double worst_tilt_rad = 0.0;      ///< error of roll and pitch
   double end_local_tilt_rad = 0.0;  ///< the same in frame local
   double end_m = 0.0;
+  double end_s = 0.0;  ///< of the last sample with a world pose
   int findings = 0;
   SourceStatus gps = SourceStatus::kNone;  ///< at the end
   int clock_steps = 0;
 };
 
-Seen drive(const Fault& fault) {
+Seen drive(const Fault& fault, double brake_from_s = 1e9) {
   Experiment experiment;
   experiment.drive.length_s = 60.0;
+  experiment.drive.brake_from_s = brake_from_s;
   Rig rig(experiment);
   auto& [truth, sensors, estimator] = rig;
   Seen seen;
@@ -74,6 +76,7 @@ Seen drive(const Fault& fault) {
     truth_before = truth[i].T_world_vehicle.q;
     // Only a belief of this instant can be compared with it.
     if (t < 20.0 || abs(x.stamp - stamp) > from_milliseconds(20.0)) continue;
+    seen.end_s = t;
     seen.end_m = (x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
     seen.worst_m = std::max(seen.worst_m, seen.end_m);
     const Vec3 up = x.T_world_vehicle.q.conjugate() * Vec3::UnitZ();
@@ -112,6 +115,19 @@ TEST(EstimatorSilence, OfAllSourcesEndsWithTheFirstFixes) {
     EXPECT_LT(seen.end_m, 1.5) << length_s;
     EXPECT_LT(seen.worst_turn_rad, 0.35 + 0.35 * length_s) << length_s;
     EXPECT_LT(seen.end_local_tilt_rad, 0.02) << length_s << " " << seen.worst_tilt_rad;
+    EXPECT_EQ(seen.findings, 0) << length_s;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << length_s;
+  }
+}
+
+/// The vehicle stands all the time: its place is that in the rolling map, without any motion.
+TEST(EstimatorSilence, OfAllSourcesAtRestEndsWithTheFirstMatch) {
+  for (const double length_s : {1.8, 3.0, 4.5, 8.0}) {
+    Fault fault;
+    fault.ins_silent = fault.others_silent = between(45.0, 45.0 + length_s);
+    const Seen seen = drive(fault, 35.0);
+    EXPECT_GT(seen.end_s, 59.5) << length_s;
+    EXPECT_LT(seen.end_m, 1.0) << length_s;
     EXPECT_EQ(seen.findings, 0) << length_s;
     EXPECT_EQ(seen.gps, SourceStatus::kFully) << length_s;
   }

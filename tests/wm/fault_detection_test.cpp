@@ -2,6 +2,8 @@
 // are readmitted. On synthetic drives; `rcs drill` tests it on whole ones.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "modules/wm/alignment.h"
 #include "modules/wm/estimator.h"
 #include "tests/wm/fault_drive.h"
@@ -115,6 +117,51 @@ TEST(FaultDetection, FixesWithinThePossibleErrorAreAcceptedSoonAfterAnOutage) {
   EXPECT_GT(near_s, 0.0);
   EXPECT_LT(near_s, 12.0);
   EXPECT_LT(accepted_after_s(60.0), 0.0) << "within 30 s";
+}
+
+TEST(FaultDetection, FixesThatReturnWrongAreContainedInTheLevelAndGivenUpWhenTheyAreRight) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 35.0 || t > 55.0; };
+  d.fix_off = [](double t) { return Vec3(t > 55.0 && t < 75.0 ? 4.0 : 0.0, 0.0, 0.0); };
+  const Seen seen = drive(95.0, d);
+  EXPECT_TRUE(seen.found(Finding::kFilterFaulty));
+  EXPECT_TRUE(seen.found(Finding::kGpsReadmissionRevoked));
+  EXPECT_GT(seen.worst_m, 3.0);
+  EXPECT_EQ(seen.beyond_protection, 0);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
+  EXPECT_LT(seen.end_m, 1.0);
+}
+
+TEST(FaultDetection, AnInsThatIsFaultyFromTheStartIsExcludedAndTheFilterBeginsAgain) {
+  Disturbance d;
+  d.sigma_v_mps = 0.1;
+  d.ins = [](double t, ImuSample* imu) {
+    if (t > 4.0 && t < 8.0) imu->delta_v.y() += 3.0 * seconds(imu->interval);
+  };
+  const Seen seen = drive(60.0, d, 1, 12.0);
+  EXPECT_TRUE(seen.found(Finding::kInsFaulty));
+  EXPECT_LT(seen.worst_m, 3.0);
+  EXPECT_EQ(seen.beyond_protection, 0);
+  EXPECT_EQ(seen.gps, SourceStatus::kFully);
+}
+
+TEST(FaultDetection, AMountThatIsTiltedInAnOutageIsContainedInTheVerticalLevel) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 35.0; };
+  d.match = [](double t, RollingMatch* match) {
+    if (t > 45.0) match->T_rolling_vehicle.p.z() += 0.08 * (t - 45.0);
+  };
+  const Seen seen = drive(100.0, d);
+  EXPECT_EQ(seen.above_protection, 0);
+}
+
+TEST(FaultDetection, GapsOfTheInsThatPreventTheTestsRaiseTheLevel) {
+  Disturbance d;
+  d.has_ins = [](double t) { return t < 30.0 || std::fmod(t, 3.0) > 0.15; };
+  const Seen seen = drive(60.0, d);
+  EXPECT_GT(seen.first_ins_alert_s, 38.0);
+  EXPECT_LT(seen.first_ins_alert_s, 48.0);
+  EXPECT_EQ(seen.beyond_protection, 0);
 }
 
 TEST(FaultDetection, AHeightFromAnotherGeoidExcludesTheHeightOnly) {

@@ -10,7 +10,7 @@ std::vector<Truth> make_drive(const DriveScript& s) {
   const Duration step = from_seconds(1.0 / s.imu_hz);
   const std::size_t n = static_cast<std::size_t>(s.length_s * s.imu_hz) + 1;
   const auto attitude_at = [&s](double t) {
-    const double u = std::max(0.0, t - s.still_s);
+    const double u = std::max(0.0, std::min(t, s.brake_from_s) - s.still_s);
     const double ramp = 1.0 - std::exp(-u * u / 8.0);
     const double yaw = s.heading_rad + ramp * (0.9 * std::sin(0.21 * u) + 0.3 * std::sin(0.67 * u));
     const double edge =
@@ -22,8 +22,9 @@ std::vector<Truth> make_drive(const DriveScript& s) {
   };
   const auto velocity_at = [&](double t) -> Vec3 {
     const double u = std::max(0.0, t - s.still_s);
+    const double braked = std::clamp(1.0 - 0.5 * (t - s.brake_from_s), 0.0, 1.0);
     const double speed =
-        s.speed_mps * (1.0 - std::exp(-u * u / 8.0)) * (1.0 + 0.1 * std::sin(0.3 * u));
+        braked * s.speed_mps * (1.0 - std::exp(-u * u / 8.0)) * (1.0 + 0.1 * std::sin(0.3 * u));
     return attitude_at(t) * Vec3(speed, 0.0, 0.0);
   };
   Vec3 p = Vec3(5.0, -3.0, 1.0);

@@ -26,6 +26,7 @@ struct DriveScript {
   double heading_rad = 0.7;  ///< at the start
   /// Every five seconds the vehicle pitches over an edge by so much within 0.2 s, and back.
   double edge_rad = 0.0;
+  double brake_from_s = 1e9;  ///< from then on straight ahead, at rest two seconds later
 };
 
 /// Ground truth at the INS instants: gentle bends, hills, roll.

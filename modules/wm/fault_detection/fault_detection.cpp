@@ -154,7 +154,7 @@ bool FaultDetection::tests_are_calm(Stamp branch, const FilterState& belief) con
   const bool uncertain = age > 2 * params_.branch;
   const double limit = age > 4 * params_.branch ? 1.0 : uncertain ? kCalmLater : kCalm;
   // A tilted mount moves the height slowly, and the biases of the INS follow it.
-  constexpr double kHeightWeight = 3.0;
+  constexpr double kHeightWeight = 5.0;
   const double worst = std::max({gps, ladar_test_ratio_, kHeightWeight * ladar_height_ratio_,
                                  map_test_ratio_, ins_by_gps_.ratio, ins_by_constraint_.ratio});
   const double ins = ladar_is_poor() ? ins_test_ratio() : ins_by_ladar_.ratio;
@@ -441,7 +441,10 @@ std::optional<FilterState> FaultDetection::judge(const Model& model, const Measu
   }
   // Without its sub-filter nothing replaces the filter.
   if (!belief.bookkeeping.gps_suspected || !without_gps_.alive()) gps_suspect_ = Stamp::min();
-  if (fix != nullptr) gps_judged_ = belief.belief.x.stamp;
+  if (fix != nullptr) {
+    gps_judged_ = belief.belief.x.stamp;
+    watch_jumps(model, *fix, gps_judged_);
+  }
   if (gps_suspect_ != Stamp::min() && fix != nullptr) {
     return judge_suspect_fix(model, *fix, belief);
   }

@@ -279,6 +279,7 @@ class FaultDetection {
                                                  const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
+  void watch_jumps(const Model& model, const GpsFix& z, Stamp now);
   void sum_velocity(const Model& model, const GpsFix& z);
   void compare_speeds(const Model& model, const GpsFix& z, const FilterState& others);
   [[nodiscard]] bool speeds_side_with_fix() const;
@@ -373,6 +374,13 @@ class FaultDetection {
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
+  /// Of the newest fix from the filter without GPS.
+  struct Offset {
+    Stamp stamp = Stamp::min();
+    Vec2 at_m = Vec2::Zero();
+    double rate_mps = 0.0;
+  } offset_;
+  Stamp jumped_ = Stamp::min();           ///< when the fixes last jumped
   int suspicious_fixes_ = 0;              ///< fixes in a row above the limit
   Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
   int map_contradicted_ = 0;              ///< fixes in a row

@@ -76,6 +76,29 @@ bool FaultDetection::speeds_side_with_fix() const {
          std::abs(speeds_.wheels_mps) < kNearerSpeed * apart_mps;
 }
 
+/// A motion that diverges from the fixes has another velocity than they. Fixes that move away from
+/// it faster jump.
+void FaultDetection::watch_jumps(const Model& model, const GpsFix& z, Stamp now) {
+  constexpr Duration kPrevious = from_seconds(4.0);
+  constexpr double kUnlikely = 4.0;  // sigmas
+  constexpr double kAccelerating = 2.0;
+  if (!without_gps_.alive() || !z.has_velocity) {
+    offset_ = {};
+    return;
+  }
+  const FilterState& s = without_gps_.state;
+  const Vec2 off_m = gps_position(s.belief.x, z, model.params.gps).r.head<2>();
+  const double off_mps =
+      gps_velocity(s.belief.x, z, model.params.gps, accel_world(s)).r.head<2>().norm();
+  const Duration since = now - offset_.stamp;
+  if (offset_.stamp != Stamp::min() && since < kPrevious) {
+    const double moved_m = kAccelerating * std::max(off_mps, offset_.rate_mps) * seconds(since);
+    const double sigma_m = z.sigma_m.head<2>().maxCoeff();
+    if ((off_m - offset_.at_m).norm() > moved_m + kUnlikely * sigma_m) jumped_ = now;
+  }
+  offset_ = {now, off_m, off_mps};
+}
+
 /// The fix against the position without GPS since the branch. The correlation of the filter with
 /// the time-correlated GPS error makes this a test of the shape of the fixes, not of their
 /// position.
@@ -152,7 +175,9 @@ std::optional<FilterState> FaultDetection::exclude_other_than_gps(const Model& m
   const bool by_ladar =
       (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
-  const bool by_constraint = violates_constraint(kSuspectAcross);
+  // What jumps is GPS: a weak sign of a faulty INS is chance.
+  const bool jumped = jumped_ != Stamp::min() && now - jumped_ < kConsequence;
+  const bool by_constraint = violates_constraint(kSuspectAcross) && !jumped;
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);

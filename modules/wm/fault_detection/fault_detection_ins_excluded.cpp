@@ -85,7 +85,7 @@ bool FaultDetection::ladar_rejects_too(const FilterState& belief) {
   const Bookkeeping& m = belief.bookkeeping;
   const bool map_moved =
       m.rejected_matches.reset > belief.belief.x.stamp - RejectedMatches::kResetLasts;
-  return !m.excluded.any_of_ins() && (map_moved || m.of(Source::kRolling).refused >= kInRow);
+  return uses_forces(belief) && (map_moved || m.of(Source::kRolling).refused >= kInRow);
 }
 
 /// The INS is faulty before any sub-filter without it has branched, and has spoilt place, heading

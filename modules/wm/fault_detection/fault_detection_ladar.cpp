@@ -110,8 +110,12 @@ std::optional<FilterState> FaultDetection::judge_match(const FilterState& belief
     ladar_test_ratio_ = 0.0;
     return std::nullopt;
   }
-  // The height, too: a mount that was knocked downwards lets the map climb.
-  ladar_height_ratio_ = height_separation(without_ladar_.state, belief, params_.floor_m) / limit_1_;
+  // The height, too: a mount that was knocked downwards lets the map climb. Not while the heights
+  // of the fixes are in doubt, which the filter without LADAR takes over sooner.
+  const bool heights_agree = belief.bookkeeping.heights_refused == 0;
+  ladar_height_ratio_ =
+      heights_agree ? height_separation(without_ladar_.state, belief, params_.floor_m) / limit_1_
+                    : 0.0;
   ladar_test_ratio_ = std::max(difference(without_ladar_.state, belief, params_.floor_m) / limit_2_,
                                ladar_height_ratio_);
   // With GPS the difference may also be an error of GPS: judge_fix() decides.
