@@ -133,7 +133,7 @@ void change_ins(const Stimulus& s, double share, std::mt19937_64* random, ins_t*
           value[i] += gaussian(error[i] * dt_s, random);
           break;
         case StimulusKind::kSaturate:
-          value[i] = std::clamp(value[i], -error[i] * dt_s, error[i] * dt_s);
+          if (error[i] > 0.0) value[i] = std::clamp(value[i], -error[i] * dt_s, error[i] * dt_s);
           break;
         case StimulusKind::kAxes:
           value[i] = (from > 0 ? 1.0 : -1.0) * was[std::abs(from) - 1];

@@ -230,7 +230,13 @@ report::Table drill_table(const std::vector<DrillResult>& results) {
     const bool used = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
       return r.drill.limits.count(kind.key) > 0;
     });
-    if (!used || !kind.overview) continue;
+    // A limit that failed a drill is the reason that is looked for.
+    const bool failed = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
+      return std::any_of(r.limits.begin(), r.limits.end(), [&](const LimitResult& m) {
+        return m.kind == &kind && m.verdict == Verdict::kFail;
+      });
+    });
+    if (!used || !(kind.overview || failed)) continue;
     columns.push_back(&kind);
     t.header.push_back(column_title(kind, results));
   }

@@ -65,9 +65,10 @@ void read_bearing(ParamTable* table, Stimulus* s) {
 }
 
 /// A key in degrees per second of a triple in radians per second.
-void read_rates(ParamTable* table, std::string_view key, Vec3* radps, std::string_view meaning) {
+void read_rates(ParamTable* table, std::string_view key, Vec3* radps, const Range& range,
+                std::string_view meaning) {
   Vec3 dps = Vec3::Zero();
-  table->get(key, &dps, {-1e4, 1e4}, meaning);
+  table->get(key, &dps, range, meaning);
   *radps = radians(1.0) * dps;
 }
 
@@ -79,20 +80,25 @@ void read_rise(ParamTable* table, Stimulus* s) {
 
 /// Keys of bias, noise and saturate.
 void read_values(ParamTable* table, Stimulus* s) {
+  // A standard deviation or a limit has no sign.
+  const auto range = [s](double most) {
+    return Range{s->kind == StimulusKind::kBias ? -most : 0.0, most};
+  };
   if (s->source == DrillSource::kIns) {
-    read_rates(table, "gyro_dps", &s->gyro_radps,
-               "INS, by axis: bias, standard deviation of the noise or limit of the angular rate.");
-    table->get("accel_mps2", &s->accel_mps2, {-1e4, 1e4},
+    read_rates(table, "gyro_dps", &s->gyro_radps, range(1e4),
+               "INS, by axis: bias, standard deviation of the noise, or limit of the angular rate "
+               "(0: none).");
+    table->get("accel_mps2", &s->accel_mps2, range(1e4),
                "INS, by axis: the same of the specific force.");
   }
   if (s->source == DrillSource::kOdometry) {
-    table->get("speed_mps", &s->speed_mps, {-100, 100},
+    table->get("speed_mps", &s->speed_mps, range(100),
                "Odometry: bias or standard deviation of the speed.");
-    table->get_deg("yaw_rate_deg", &s->yaw_rate_radps, {-360, 360},
+    table->get_deg("yaw_rate_deg", &s->yaw_rate_radps, range(360),
                    "Odometry: bias or standard deviation of the yaw rate, per second.");
   }
   if (s->source == DrillSource::kLadar) {
-    table->get("range_m", &s->range_m, {-100, 100},
+    table->get("range_m", &s->range_m, range(100),
                "LADAR: bias or standard deviation of the ranges.");
   }
   if (s->source == DrillSource::kGps) {
@@ -256,7 +262,7 @@ Stimulus read_stimulus(ParamTable table) {
     s.source = source_of(source);
   }
   table.get("begin_s", &s.begin_s, {0, 1e5},
-            "Beginning of the window, from the first sensor message.");
+            "Beginning of the window, from the first sensor message. By default 0.");
   if (s.kind != StimulusKind::kFlapping) {
     s.length_s = kForGood_s;
     table.get("length_s", &s.length_s, {0.01, kForGood_s},
@@ -322,6 +328,10 @@ Result<Drill> read(const ParamFile& file) {
   if (Outcome finished = file.finish({}); !finished) return finished.error();
   // After the check for unknown keys: a misspelt key is the better message.
   for (std::size_t k = 0; k < tables.size(); ++k) {
+    const unsigned sources = kind_of(kind_name(d.stimuli[k].kind)).sources;
+    if ((sources & (sources - 1)) != 0 && !tables[k].has("source")) {
+      tables[k].fail("source", "is missing, which this kind of stimulus requires");
+    }
     const std::string_view keys = missing_size(d.stimuli[k]);
     if (keys.empty()) continue;
     tables[k].fail("kind", fmt::format("changes nothing without {}", keys));

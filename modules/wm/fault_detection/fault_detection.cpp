@@ -209,6 +209,7 @@ void FaultDetection::branch_recent(const FilterState& belief) {
 
 void FaultDetection::branch_motion(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
+  branched_ = true;
   untested_since_ = Stamp::max();
   inertial_ = inertial_young_;
   without_ins_ = without_ins_young_;
@@ -430,7 +431,7 @@ std::optional<FilterState> FaultDetection::judge(const Model& model, const Measu
   if (suspected && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
     if (!keeps_gps_.alive()) suppose_ins_faulty(belief);
-  } else if (suspected && fix != nullptr && ladar_rejects_too(belief)) {
+  } else if (suspected && fix != nullptr && ins_is_faulty_from_the_start(belief)) {
     return exclude_early_ins(model, belief);
   } else if (suspected && fix != nullptr) {
     finding_ = Finding::kGpsRejected;

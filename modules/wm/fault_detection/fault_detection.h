@@ -210,7 +210,7 @@ class FaultDetection {
                                                     Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
   void branch_recent(const FilterState& belief);
-  [[nodiscard]] const Subfilter* without_ins_since_the_fault() const;
+  [[nodiscard]] const Subfilter& without_ins_since_the_fault() const;
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
   [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
@@ -222,7 +222,7 @@ class FaultDetection {
   [[nodiscard]] bool only_ins_is_accepted(const FilterState& belief) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
-  [[nodiscard]] static bool ladar_rejects_too(const FilterState& belief);
+  [[nodiscard]] bool ins_is_faulty_from_the_start(const FilterState& belief) const;
   FilterState exclude_early_ins(const Model& model, const FilterState& belief);
   [[nodiscard]] bool is_left_by_gps(Stamp now) const;
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
@@ -405,6 +405,7 @@ class FaultDetection {
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
   static constexpr Duration kUntested = from_seconds(10.0);
+  bool branched_ = false;                ///< sub-filters exist, or have existed
   Stamp untested_since_ = Stamp::max();  ///< a gap of the INS; max(): sub-filters have branched
   Stamp gps_judged_ = Stamp::min();      ///< newest fix
   /// First fix, or readmitted; the filter moves to it for a while.

@@ -24,24 +24,18 @@ constexpr double kSameGyro_radps = 0.0005;
 constexpr double kSameAccel_mps2 = 0.02;
 constexpr double kOtherGyro_radps = 0.02;
 constexpr double kOtherAccel_mps2 = 0.3;
-// Sigmas of what an INS has moved that was faulty before any sub-filter branched.
-constexpr double kSpoilt_m = 20.0;
-constexpr double kSpoiltUp_m = 5.0;
-constexpr double kSpoiltHeading_rad = 0.2;
 
 }  // namespace
 
-/// The youngest one that branched before the fault can have had an effect; null: there is none.
-const Subfilter* FaultDetection::without_ins_since_the_fault() const {
+/// The youngest one that branched before the fault can have had an effect.
+const Subfilter& FaultDetection::without_ins_since_the_fault() const {
   const auto& [newest, second, third] = without_ins_recent_;
   for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
     const bool before = candidate->alive() && ins_quiet_ != Stamp::min() &&
                         candidate->branch <= ins_quiet_ - kBefore;
-    if (before) return candidate;
+    if (before) return *candidate;
   }
-  const bool old = without_ins_.alive() && ins_quiet_ != Stamp::min() &&
-                   without_ins_.branch <= ins_quiet_ - kBefore;
-  return old ? &without_ins_ : nullptr;
+  return without_ins_;
 }
 
 FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModeParams& modes) {
@@ -51,8 +45,9 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   // GPS was excluded for contradicting the filter of which the INS is now known to be wrong.
   const bool fixes_are_right =
       gps_is_right(now) || (accepts_fixes(keeps_gps_) && keeps_gps_.agreed >= kHeldFixes);
-  const Subfilter* const clean = in_part_before ? &without_ins_ : without_ins_since_the_fault();
-  FilterState next = fixes_are_right ? keeps_gps_.state : (clean ? *clean : without_ins_).state;
+  FilterState next = fixes_are_right  ? keeps_gps_.state
+                     : in_part_before ? without_ins_.state
+                                      : without_ins_since_the_fault().state;
   next.bookkeeping.excluded = belief.bookkeeping.excluded;
   if (fixes_are_right) next.bookkeeping.excluded.gps = false;
   // Likewise without that filter, soon after.
@@ -60,11 +55,6 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   if (belief.bookkeeping.gps_suspected && fix > now - kConsequence) {
     next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
     next.bookkeeping.of(Source::kGpsPosition).refused = 0;
-    // A fault from the start has spoilt place and heading of all: the fixes give them again.
-    if (clean == nullptr && !fixes_are_right) {
-      next.belief =
-          loosen_world(next.belief, Vec3(kSpoilt_m, kSpoilt_m, kSpoiltUp_m), kSpoiltHeading_rad);
-    }
   }
   // Likewise the LADAR.
   if (belief.bookkeeping.excluded.ladar && monitors_.ladar.excluded() > now - kConsequence) {
@@ -79,13 +69,15 @@ FilterState FaultDetection::exclude_ins(const FilterState& belief, const ModePar
   return found(Finding::kInsFaulty, next, belief, modes);
 }
 
-/// Matches and fixes are independent of each other, and the filter rejects both.
-bool FaultDetection::ladar_rejects_too(const FilterState& belief) {
+/// Matches and fixes are independent of each other, and the filter rejects both before any
+/// sub-filter has branched.
+bool FaultDetection::ins_is_faulty_from_the_start(const FilterState& belief) const {
   constexpr int kInRow = 3;
   const Bookkeeping& m = belief.bookkeeping;
   const bool map_moved =
       m.rejected_matches.reset > belief.belief.x.stamp - RejectedMatches::kResetLasts;
-  return uses_forces(belief) && (map_moved || m.of(Source::kRolling).refused >= kInRow);
+  return !branched_ && uses_forces(belief) &&
+         (map_moved || m.of(Source::kRolling).refused >= kInRow);
 }
 
 /// The INS is faulty before any sub-filter without it has branched, and has spoilt place, heading

@@ -117,6 +117,22 @@ TEST(DrillSpec, AStimulusThatChangesNothingIsAnError) {
               HasSubstr("tilt_deg or pan_deg"));
 }
 
+TEST(DrillSpec, ASourceThatIsNotClearIsGiven) {
+  EXPECT_THAT(complaint(with_stimulus("kind = \"dropout\"")),
+              AllOf(HasSubstr("bad.toml"), HasSubstr("source"), HasSubstr("is missing")));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"ramp\"\nrate_mps = 1")), HasSubstr("no complaint"));
+}
+
+TEST(DrillSpec, AStandardDeviationAndALimitHaveNoSign) {
+  EXPECT_THAT(complaint(with_stimulus("kind = \"noise\"\nsource = \"odometry\"\nspeed_mps = -2")),
+              AllOf(HasSubstr("bad.toml:4"), HasSubstr("speed_mps"), HasSubstr("0")));
+  EXPECT_THAT(complaint(with_stimulus(
+                  "kind = \"saturate\"\nsource = \"ins\"\ngyro_dps = [-5.0, 5.0, 5.0]")),
+              HasSubstr("gyro_dps"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"bias\"\nsource = \"odometry\"\nspeed_mps = -2")),
+              HasSubstr("no complaint"));
+}
+
 TEST(DrillSpec, SimulatorOptionsRequireASimulatedRun) {
   EXPECT_THAT(complaint("[run]\nins = \"consumer\"\n"), HasSubstr("needs"));
   EXPECT_THAT(complaint("[run]\nscenario = \"x.toml\"\n"), HasSubstr("needs"));
@@ -127,7 +143,8 @@ TEST(DrillSpec, WithoutAStimulusTheWholeRunCounts) {
   ASSERT_TRUE(drill.ok()) << drill.error().message;
   EXPECT_EQ(drill->begin_s(), 20.0);
   EXPECT_GE(drill->end_s(), 1e5);
-  Result<Drill> for_good = parse_drill(with_stimulus("kind = \"clock\"\njump_s = 1"), "x.toml");
+  Result<Drill> for_good =
+      parse_drill(with_stimulus("kind = \"clock\"\nsource = \"gps\"\njump_s = 1"), "x.toml");
   ASSERT_TRUE(for_good.ok());
   EXPECT_GE(for_good->end_s(), 1e5);
 }
