@@ -29,12 +29,14 @@ class ExitStatus : public RcsCommand {
     std::ofstream(inputs_ + "/nothing.toml") << "";
     for (const char* name : {"passes", "fails"}) {
       std::ofstream(inputs_ + "/" + name + ".toml")
-          << "name = \"GPS lost\"\n[run]\nlength_s = 12\n[[stimulus]]\nkind = \"dropout\"\n"
+          << "name = \"GPS lost\"\n[run]\nlength_s = 12\n[[stimulus]]\nkind = \"dropout\"\nsource "
+             "= \"gps\"\n"
              "begin_s = 9\nlength_s = 2\n[limits]\nhorizontal_m = "
           << (name[0] == 'p' ? "50\n" : "0\n");
     }
     std::ofstream(inputs_ + "/no_scenario.toml")
-        << "[run]\nlength_s = 12\nscenario = \"absent.toml\"\n[[stimulus]]\nkind = \"dropout\"\n"
+        << "[run]\nlength_s = 12\nscenario = \"absent.toml\"\n[[stimulus]]\nkind = "
+           "\"dropout\"\nsource = \"gps\"\n"
            "begin_s = 9\nlength_s = 2\n[limits]\nhorizontal_m = 50\n";
     std::ofstream truth(inputs_ + "/kitti.txt");
     for (int row = 0; row < 200; ++row) truth << "1 0 0 0 0 1 0 0 0 0 1 0\n";

@@ -235,7 +235,7 @@ def offline():
     run("map study", [SCENARIO, "--cell", "5", "--seeds", "1", "--length", "20", "--gps-lost-at",
                       "12", "--config", CONFIG])
 
-    write("lost.toml", 'name = "GPS lost"\n[run]\nlength_s = 14\n[[stimulus]]\nkind = "dropout"\n'
+    write("lost.toml", 'name = "GPS lost"\n[run]\nlength_s = 14\n[[stimulus]]\nkind = "dropout"\nsource = "gps"\n'
           "begin_s = 9\nlength_s = 3\n[limits]\nhorizontal_m = 5\ndrift_pct_p95 = 1\n")
     run("drill", ["lost.toml", "--scenario", SCENARIO, "--config", CONFIG])
     check("drill list", rcs(["drill", "--list", "--folder", SOURCE + "/config/drills", "--json"]))

@@ -32,6 +32,7 @@ grant_share = 0.25
 
 [[stimulus]]
 kind = "dropout"
+source = "gps"
 begin_s = 30
 length_s = 20
 
@@ -44,6 +45,7 @@ bearing_deg = 90
 
 [[stimulus]]
 kind = "flapping"
+source = "gps"
 begin_s = 70
 on_s = 1
 off_s = 4
@@ -177,7 +179,8 @@ TEST(DrillSpec, EveryDrillOfTheProjectIsValid) {
     if (!drill->full) seconds += drill->run.length_s * drill->seeds;
   }
   EXPECT_GE(count, 70);
-  EXPECT_LE(seconds, 4000.0) << "--all must be short enough for every day";
+  // 140 s of two cores; the limit of --all is 5 minutes.
+  EXPECT_LE(seconds, 4300.0) << "--all must be short enough for every day";
 }
 
 }  // namespace

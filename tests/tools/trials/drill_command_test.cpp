@@ -23,6 +23,7 @@ name = "GPS lost"
 length_s = 14
 [[stimulus]]
 kind = "dropout"
+source = "gps"
 begin_s = 9
 length_s = 3
 [limits]
