@@ -21,8 +21,8 @@ class UsualOverlap {
 
   [[nodiscard]] double mean() const { return mean_; }  ///< 0: none yet
 
-  /// A scan that matches less may be wrongly placed: a metre along a street
-  /// costs it a seventh of its matches (docs/experiments/registration/recovery.md).
+  /// A scan that matches less may be wrongly placed: a metre along a street costs it a seventh of
+  /// its matches (docs/experiments/registration/recovery.md).
   [[nodiscard]] double least() const {
     constexpr int kKnown = 10;
     constexpr double kDeviations = 5.0;

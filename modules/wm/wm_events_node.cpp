@@ -25,7 +25,7 @@ constexpr std::string_view kFindings[] = {
     "GPS excluded: it contradicts the filter without GPS, which replaces the belief",
     "GPS readmitted: its fixes agree with the belief and the motion",
     "GPS readmitted: its fixes contradict the belief, not each other; they replace its position",
-    "GPS excluded on probation: readmission revoked, a filter without it replaces the belief",
+    "GPS excluded: its readmission is revoked, the filter without it replaces the belief",
     "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
     "LADAR readmitted: its matches agree with the motion",
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",

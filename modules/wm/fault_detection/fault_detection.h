@@ -60,7 +60,8 @@ enum class Finding : int {
   kGpsFaulty,      ///< GPS is faulty: excluded, the filter continues from the sub-filter
   kGpsReadmitted,  ///< fixes agree with the filter and with the motion: readmitted
   kFilterFaulty,  ///< fixes contradict the filter for long but not each other: the filter is faulty
-  kGpsReadmissionRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
+  /// GPS is faulty within its probation, or agrees with the motion that was given up for it.
+  kGpsReadmissionRevoked,
   kLadarFaulty,
   kLadarReadmitted,
   kMapFaulty,           ///< the a priori map is faulty: excluded
@@ -342,7 +343,8 @@ class FaultDetection {
   Stamp gps_quiet_ = Stamp::min();  ///< newest time without any sign of a fault of GPS
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
-  /// The same for longer, if the fixes only persisted: they may have been wrong all the time.
+  /// The same for longer, if the fixes only persisted: they may have been wrong all the time. It
+  /// goes on through a gap of the INS, as it is no test.
   Subfilter given_up_;
   int agree_with_given_up_ = 0;  ///< fixes in a row that contradict the filter
   Hypothesis gps_right_, ladar_right_, ins_right_, map_right_;

@@ -107,7 +107,7 @@ std::optional<FilterState> FaultDetection::judge_match(const FilterState& belief
   const bool by_fixes = fix > now - kFresh;
   // Without LADAR, INS and fixes the motion is extrapolated: no judge of a registration.
   if (!uses_forces(without_ladar_.state) && !by_fixes) {
-    ladar_test_ratio_ = 0.0;
+    ladar_test_ratio_ = ladar_height_ratio_ = 0.0;
     return std::nullopt;
   }
   // The height, too: a mount that was knocked downwards lets the map climb. Not while the heights
