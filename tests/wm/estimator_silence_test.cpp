@@ -215,13 +215,15 @@ TEST(EstimatorSilence, AfterAGapTheSpecificForceLevelsAnUncertainVehicle) {
 // fusion of a part of the INS samples, are late, and no sign of clocks that have stepped. SP has
 // tracked the vehicle meanwhile.
 TEST(EstimatorSilence, OfThisProcessIsNoClockStep) {
-  for (const auto& [length_s, queue] : {std::pair<double, std::size_t>{2.5, 64},
+  for (const auto& [stopped_s, kept] : {std::pair<double, std::size_t>{2.5, 64},
                                         {3.0, 64},
                                         {4.5, 64},
                                         {2.6, 1024},
                                         {3.0, 1024},
                                         {3.7, 1024},
                                         {4.5, 1024}}) {
+    const double length_s = stopped_s;  // bindings cannot be captured
+    const std::size_t queue = kept;
     Experiment experiment;
     experiment.drive.length_s = 40.0;
     Rig rig(experiment);

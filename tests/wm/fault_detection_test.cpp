@@ -125,11 +125,32 @@ TEST(FaultDetection, FixesThatReturnWrongAreContainedInTheLevelAndGivenUpWhenThe
   d.fix_off = [](double t) { return Vec3(t > 55.0 && t < 75.0 ? 4.0 : 0.0, 0.0, 0.0); };
   const Seen seen = drive(95.0, d);
   EXPECT_TRUE(seen.found(Finding::kFilterFaulty));
-  EXPECT_TRUE(seen.found(Finding::kGpsReadmissionRevoked));
   EXPECT_GT(seen.worst_m, 3.0);
   EXPECT_EQ(seen.beyond_protection, 0);
   EXPECT_EQ(seen.gps, SourceStatus::kFully);
   EXPECT_LT(seen.end_m, 1.0);
+}
+
+TEST(FaultDetection, FixesThatReturnWithADriftDoNotReplaceTheFilter) {
+  // A slow one agrees with the filter for some seconds: the level then contains the motion without
+  // it, which replaces the filter when it ends.
+  for (const auto& [rate_mps, limit_m] : {std::pair{0.2, 6.0}, {0.3, 2.0}, {0.5, 2.0}}) {
+    Disturbance d;
+    d.sigma_v_mps = 0.1;
+    d.has_fix = [](double t) { return t < 35.0 || t > 55.0; };
+    d.fix_off = [rate = rate_mps](double t) {
+      return Vec3(t < 85.0 ? rate * std::max(0.0, t - 55.0) : 0.0, 0.0, 0.0);
+    };
+    d.velocity_off = [rate = rate_mps](double t) {
+      return Vec3(t > 55.0 && t < 85.0 ? rate : 0.0, 0.0, 0.0);
+    };
+    const Seen seen = drive(100.0, d);
+    EXPECT_FALSE(seen.found(Finding::kFilterFaulty)) << rate_mps;
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << rate_mps;
+    EXPECT_LT(seen.worst_m, limit_m) << rate_mps;
+    EXPECT_EQ(seen.beyond_protection, 0) << rate_mps;
+    EXPECT_EQ(seen.gps, SourceStatus::kFully) << rate_mps;
+  }
 }
 
 TEST(FaultDetection, AnInsThatIsFaultyFromTheStartIsExcludedAndTheFilterBeginsAgain) {

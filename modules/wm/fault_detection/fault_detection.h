@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "modules/wm/fault_detection/course_shape.h"
+#include "modules/wm/fault_detection/fix_drift.h"
 #include "modules/wm/fault_detection/match_mean.h"
 #include "modules/wm/fault_detection/motion_votes.h"
 #include "modules/wm/fault_detection/source_monitor.h"
@@ -156,6 +157,7 @@ class FaultDetection {
     double up_m = 0.0;         ///< the same distance upwards
     double up_variance_m2 = 0.0;
     double heading_rad = 0.0;  ///< by which the heading of the filter may be wrong
+    FixDrift drift{};          ///< of its velocities against the filter
 
     [[nodiscard]] bool alive() const { return began != Stamp::min(); }
     void count(bool accepted);
@@ -258,6 +260,7 @@ class FaultDetection {
   void suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief);
   /// The horizontal error that an undetected fault may have caused.
   [[nodiscard]] double possible_error_m(const FilterState& belief) const;
+  bool drifts(const Model& model, const GpsFix& z, const FilterState& belief);
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
   [[nodiscard]] double possible_turn_rad(const FilterState& belief) const;
   std::optional<FilterState> heading_is_wrong(const Model& model, const GpsFix& z,

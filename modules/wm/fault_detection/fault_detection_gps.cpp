@@ -157,16 +157,19 @@ std::optional<FilterState> FaultDetection::exclude_other_than_gps(const Model& m
                                                                   const GpsFix& z,
                                                                   const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
+  // Fixes that were accepted against the motion have moved the filter and turned it, and with it
+  // the INS: a weak contradiction of the INS comes from them.
+  const bool doubtful = given_up_.alive();
+  const bool by_wheels = !doubtful && ins_by_gps_.lasts(now, Duration::zero()) &&
                          !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
-  constexpr double kSuspect = 0.5;
+  const double suspect = doubtful ? kContradicts : 0.5;
   const Faulty faulty = ins_or_ladar(now);
   const bool by_ladar =
-      (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
+      (ins_by_ladar_.ratio > suspect && faulty == Faulty::kIns) ||
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
   // What jumps is GPS: a weak sign of a faulty INS is chance.
   const bool jumped = jumped_ != Stamp::min() && now - jumped_ < kConsequence;
-  const bool by_constraint = violates_constraint(kSuspectAcross) && !jumped;
+  const bool by_constraint = violates_constraint(kSuspectAcross) && !jumped && !doubtful;
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
@@ -207,7 +210,8 @@ bool FaultDetection::ins_is_confirmed(const Model& model, const GpsFix& z) const
   return std::max(sigma_m, apart.norm()) < 0.5 * off.norm();
 }
 
-/// Unless the LADAR confirms the INS, the alternative that the INS is faulty stays.
+/// Unless the LADAR confirms the INS, the alternative that the INS is faulty stays. If it does, the
+/// motion that was given up for the fixes was right.
 /// @param confirmed  the LADAR confirms the INS
 FilterState FaultDetection::exclude_gps(bool confirmed, const FilterState& belief,
                                         const ModeParams& modes) {
@@ -216,7 +220,9 @@ FilterState FaultDetection::exclude_gps(bool confirmed, const FilterState& belie
   // The one that has drifted less, if the fault cannot have had an effect on it.
   const bool recent = without_gps_young_.alive() && gps_quiet_ != Stamp::min() &&
                       without_gps_young_.branch <= gps_quiet_ - kBefore;
-  FilterState next = recent ? without_gps_young_.state : without_gps_.state;
+  FilterState next = confirmed && given_up_.alive() ? given_up_.state
+                     : recent                       ? without_gps_young_.state
+                                                    : without_gps_.state;
   next.bookkeeping.excluded.prior_map = belief.bookkeeping.excluded.prior_map;
   next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = true;
   const Hypothesis kept = confirmed ? Hypothesis{} : keeps_gps_;

@@ -71,6 +71,21 @@ bool FaultDetection::keeps_its_shape(const Model& model, const GpsFix& z,
   return !climbs && (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
 }
 
+/// The velocities of the fixes since the hypothesis began contradict the filter: they drift.
+bool FaultDetection::drifts(const Model& model, const GpsFix& z, const FilterState& belief) {
+  if (!z.has_velocity) return false;
+  const NavState& x = belief.belief.x;
+  const Residual<3> r = gps_velocity(x, z, model.params.gps, accel_world(belief));
+  FixDrift& drift = gps_right_.drift;
+  drift.add(r.r.head<2>(), x.v_world.head<2>(), std::sqrt(r.R.diagonal().head<2>().maxCoeff()));
+  Mat<2, 2> own = belief.belief.P.block<2, 2>(kVelocity, kVelocity);
+  own.diagonal().array() += params_.floor_mps * params_.floor_mps;
+  const double yaw_variance = belief.belief.P(kAttitude + 2, kAttitude + 2);
+  const double d2 =
+      drift.squared_mahalanobis(std::hypot(std::sqrt(yaw_variance), gps_right_.heading_rad), own);
+  return d2 > kLimit;
+}
+
 double FaultDetection::possible_error_m(const FilterState& belief) const {
   const double sigma_m = std::sqrt(largest_variance(horizontal(belief)));
   return std::max(kHorizontalQuantile * sigma_m,
@@ -153,6 +168,7 @@ std::optional<FilterState> FaultDetection::judge_quarantined_fix(const Model& mo
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
+  const bool drifting = drifts(model, z, belief);
   // After an outage the height has drifted, and that of the fixes is right.
   const bool height = !m.gps_suspected || n.vertical <= model.gates[1];
   const bool agrees =
@@ -173,11 +189,14 @@ std::optional<FilterState> FaultDetection::judge_quarantined_fix(const Model& mo
     }
     next.bookkeeping.excluded.gps = next.bookkeeping.gps_suspected = false;
     next.bookkeeping.of(Source::kGpsPosition).refused = 0;
-    return found(Finding::kGpsReadmitted, next, belief, model.params.modes);
+    next = found(Finding::kGpsReadmitted, next, belief, model.params.modes);
+    if (drifting) given_up_ = {belief, x.stamp};
+    bound_given_up(next);
+    return next;
   }
   // A position within the protection level contradicts nothing that is known after an outage.
   const double possible_m = std::min(possible_error_m(belief), kMaxPossible_m);
-  const bool possible = !m.gps_suspected && apart.head<2>().norm() <= possible_m;
+  const bool possible = !m.gps_suspected && !drifting && apart.head<2>().norm() <= possible_m;
   const bool persistent =
       consistent &&
       x.stamp - gps_right_.began >=
