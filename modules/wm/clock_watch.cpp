@@ -123,12 +123,35 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   if (arrival == Stamp::min()) return true;
   Track& track = others_[static_cast<std::size_t>(clock)];
   const bool silence = track.count > 0 && arrival - track.other > from_seconds(2.0);
-  track.add(stamp, arrival);
-  if (silence) track.best = track.lead;
+  // A stuck driver says nothing about its clock.
+  if (stamp != track.stamp) {
+    track.add(stamp, arrival);
+    check_presumed(track);
+  }
+  if (silence && presumed_ == Duration::zero()) track.best = track.lead;
   if (arrival < unsettled_until_) return false;
   // If only the clock of the INS has stepped, or none has, the inputs of the others are right.
   const bool known = track.count > kKnown && !silence;
   return !suspected_ || (known && !track.moved_by(step_));
+}
+
+/// Whether a source of a known latency has stepped by what is presumed of all.
+void ClockWatch::check_presumed(const Track& track) {
+  if (presumed_ == Duration::zero() || track.count <= kKnown) return;
+  const Duration gained = track.lead - track.best;
+  const auto near = [this](Duration d) { return abs(d) * 4 < abs(presumed_); };
+  if (near(gained)) presumed_ = {};
+  against_ = near(gained + presumed_) ? against_ + 1 : 0;
+}
+
+/// The presumed step was that of the INS alone.
+ClockStep ClockWatch::take_back() {
+  for (Track& track : others_) track.best -= presumed_;
+  ins_shift_ -= presumed_;
+  const ClockStep back{-presumed_, true};
+  presumed_ = {};
+  against_ = 0;
+  return back;
 }
 
 /// @return nullopt if nothing has been received that was certainly measured after the suspected
@@ -150,6 +173,8 @@ bool ClockWatch::established() const {
 }
 
 std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
+  constexpr int kEnough = 3;
+  if (!suspected_ && against_ >= kEnough) return take_back();
   if (!suspected_) return std::nullopt;
   const Duration waited = now - suspected_at_;
   if (!established()) {
@@ -165,8 +190,13 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
   if (!all) all = has_stepped(Clock::kGps, now);
   if (!all && waited <= kPatience) return std::nullopt;
   if (!all) all = has_stepped(Clock::kLadar, now);
-  const ClockStep step{step_, all.value_or(true)};
+  // A clock of the INS that returns.
+  const Duration remains = ins_shift_ - step_;
+  const bool returns = ins_shift_ != Duration::zero() && remains < kForward && -remains < kForward;
+  const ClockStep step{step_, all.value_or(!returns)};
   settle(step, now);
+  presumed_ = !all && step.of_all ? step.step : Duration::zero();
+  against_ = 0;
   return step;
 }
 

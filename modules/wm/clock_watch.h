@@ -35,12 +35,14 @@ class ClockWatch {
   Verdict add(const ImuSample& imu, Stamp arrival);
 
   /// Any other input. False: it must be dropped, because its clock may have stepped, too, or has
-  /// just done so.
+  /// just done so. Also of messages whose contents are not used.
   bool add(Clock clock, Stamp stamp, Stamp arrival);
   /// Continues with the shift of another watch. Before any input.
   void resume(Duration ins_shift) { ins_shift_ = ins_shift; }
 
-  /// @return the step, once it is confirmed; held() then returns the samples since
+  /// @return the step, once it is confirmed; held() then returns the samples since. If no other
+  ///   source could tell whose clocks have stepped, that of all is presumed; the next ones may show
+  ///   that it was the INS alone: the opposite step then returns all of them
   [[nodiscard]] std::optional<ClockStep> resolve(Stamp now);
   /// Samples that were held and are due, in the order of their arrival; at most kMaxHeld.
   [[nodiscard]] const std::vector<ImuSample>& held() const { return held_; }
@@ -86,6 +88,8 @@ class ClockWatch {
   [[nodiscard]] std::optional<bool> has_stepped(Clock clock, Stamp now) const;
   [[nodiscard]] bool established() const;
   void settle(const ClockStep& step, Stamp now);
+  void check_presumed(const Track& track);
+  ClockStep take_back();
 
   Track ins_;
   Recent recent_;
@@ -100,6 +104,8 @@ class ClockWatch {
   Stamp unsettled_until_ =
       Stamp::min();  ///< inputs of the other sources are dropped until this arrival
   Duration ins_shift_{};
+  Duration presumed_{};  ///< step of all clocks that no other source has confirmed; 0: none
+  int against_ = 0;      ///< messages in a row that have not stepped by it
 };
 
 }  // namespace rcs::wm

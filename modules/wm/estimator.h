@@ -58,6 +58,10 @@ class Estimator {
 
   /// To be called in each cycle before fuse(): resolves suspected clock steps.
   void watch_clocks(Stamp now);
+  /// A message whose contents are not used still shows the clock of its source.
+  void watch_clock(Clock clock, Stamp stamp, Stamp arrival) {
+    static_cast<void>(clocks_.add(clock, stamp, arrival));
+  }
 
   /// Fuses all inputs that were added.
   void fuse();

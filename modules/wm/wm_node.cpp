@@ -225,16 +225,17 @@ void WmNode::take(const odometry_t& m, Stamp now) {
     report_rejected(odometry_, Reason::kInvalid, now, &report_);
     return;
   }
+  // The mean of an interval is the value at its middle.
+  const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
+  const Stamp arrival = odometry_.front_arrival();
   if (repeats) {
+    estimator_.watch_clock(Clock::kOdometry, middle, arrival);
     report_rejected(odometry_, "eight equal samples in a row while moving (frozen sensor)", now,
                     &report_);
     return;
   }
   wheels_mps_ = m.speed_mps;
-  wheels_received_ = odometry_.front_arrival();
-  // The mean of an interval is the value at its middle.
-  const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
-  const Stamp arrival = odometry_.front_arrival();
+  wheels_received_ = arrival;
   const Reason reason = estimator_.add(middle, *sample, arrival);
   if (is_alive(reason)) inputs_.add(Input::kOdometry, middle, arrival);
   report_rejected(odometry_, reason, now, &report_);
@@ -244,7 +245,12 @@ void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
   const std::int64_t missed = missed_between(kept_.registration_seq, m.seq);
   kept_.registration_seq = m.seq;
-  if (!is_answer(m.stop)) return;  // no result; SP has reported the reason
+  if (!is_answer(m.stop)) {  // no result; SP has reported the reason
+    if (plausible_stamp(m.utime)) {
+      estimator_.watch_clock(Clock::kLadar, from_utime(m.utime), arrival);
+    }
+    return;
+  }
   if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   const std::optional<Registration> z = admit(m);
   if (!z) {

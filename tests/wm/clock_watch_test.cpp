@@ -147,6 +147,39 @@ TEST(ClockWatch, AStepOfTheInsAloneShiftsItsStampsBack) {
   }
 }
 
+TEST(ClockWatch, AClockOfTheInsThatReturnsWhileNothingElseIsReceivedIsOfTheInsAlone) {
+  for (const double by_s : {0.2, 3.0, -0.2, -3.0}) {
+    const auto silent_later = [](double t) { return t > 13.0 ? std::nullopt : std::optional(0.0); };
+    const Seen seen = run(shifted(10.003, 15.003, by_s), silent_later);
+    ASSERT_EQ(seen.steps.size(), 2U) << by_s;
+    EXPECT_FALSE(seen.steps[1].of_all) << by_s;
+    EXPECT_EQ(seen.shift, Duration::zero()) << by_s;
+  }
+}
+
+TEST(ClockWatch, AStepThatWasPresumedOfAllIsTakenBackWhenAnotherSourceHasNotStepped) {
+  for (const double by_s : {0.2, 3.0, -0.2, -3.0}) {
+    for (const bool of_all : {true, false}) {
+      const auto wheels = [=](double t) {
+        return t > 9.0 && t < 14.0 ? std::nullopt : std::optional(of_all && t > 9.0 ? by_s : 0.0);
+      };
+      const Seen seen = run(shifted(10.003, 1e9, by_s), wheels);
+      ASSERT_EQ(seen.steps.size(), of_all ? 1U : 2U) << by_s;
+      EXPECT_TRUE(seen.steps[0].of_all) << by_s;
+      if (of_all) continue;
+      EXPECT_NEAR(seconds(seen.steps[1].step), -by_s, 1e-3);
+      EXPECT_NEAR(seconds(seen.shift), -by_s, 1e-3);
+    }
+  }
+}
+
+TEST(ClockWatch, AStuckSourceTellsNothing) {
+  const auto stuck = [](double t) { return std::optional(t > 9.503 ? 9.5 - t : 0.0); };
+  const Seen seen = run(shifted(10.003, 1e9, -3.0), stuck);
+  ASSERT_EQ(seen.steps.size(), 1U);
+  EXPECT_TRUE(seen.steps[0].of_all) << "presumed";
+}
+
 TEST(ClockWatch, ASilenceIsNoStep) {
   for (const double length_s : {0.1, 0.3, 1.0, 3.0}) {
     const auto silent = [=](double t) {

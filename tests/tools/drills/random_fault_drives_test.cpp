@@ -1,5 +1,5 @@
-// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121, 123
-// and 125 to 127). The values with the tests are those without the rule.
+// Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121, 123,
+// 125 to 127 and 133). The values with the tests are those without the rule.
 
 #include <gtest/gtest.h>
 
@@ -128,6 +128,13 @@ TEST(RandomFaultDrives, AnInsIsNotReadmittedAtAnotherHeight) {
   EXPECT_EQ(r.description.substr(0, 9), "ins scale") << "another drive";
   EXPECT_LT(r.vertical_max_m, 10.0);
   EXPECT_FALSE(excluded(r, "gps"));
+}
+
+// The clock of the INS returns while the wheels are stuck, GPS is lost and the registrations fail:
+// the steps counted as those of all clocks. Everything else was late until the end: 31 m, within
+// the level for 5 %.
+TEST(RandomFaultDrives, AClockOfTheInsThatReturnsIsNoStepOfAllClocks) {
+  expect_bounded(run(161201, 2, 163), "odometry frozen, ins clock", 2.5);
 }
 
 }  // namespace
