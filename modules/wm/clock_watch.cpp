@@ -3,14 +3,20 @@
 #include <algorithm>
 
 namespace rcs::wm {
+namespace {
 
-void ClockWatch::Track::add(Stamp s, Stamp arrival) {
+constexpr int kEnough = 3;  // messages in a row for or against a presumed step
+
+}  // namespace
+
+void ClockWatch::Track::add(Stamp s, Stamp arrival, bool follows) {
   // Oscillators differ by up to 100 ppm: the largest lead of an hour ago says nothing now.
   constexpr Duration::rep kDrift = 10'000;
   if (count > 0) since_drift += std::max(Duration::zero(), arrival - other);
   best -= since_drift / kDrift;
   since_drift %= kDrift;
   StampLead::add(s, arrival);
+  if (!follows) return;
   constexpr Duration kMost = from_milliseconds(5.0);
   follow(count <= kKnown ? std::nullopt : std::optional<Duration>(kMost));
 }
@@ -88,7 +94,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   }
   if (ins_.count == 0 || imu.stamp == ins_.stamp) {
     if (ins_.count == 0) {
-      ins_.add(imu.stamp, arrival);
+      ins_.add(imu.stamp, arrival, true);
       recent_.add(imu);
     }
     return Verdict::kPass;
@@ -107,7 +113,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   if (!forward && !backward) {
     recent_.add(imu);
     if (passed < Duration::zero()) return Verdict::kPass;
-    ins_.add(imu.stamp, arrival);
+    ins_.add(imu.stamp, arrival, true);
     if (silence) ins_.best = std::max(ins_.best, ins_.lead);
     return Verdict::kPass;
   }
@@ -123,30 +129,40 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   if (arrival == Stamp::min()) return true;
   Track& track = others_[static_cast<std::size_t>(clock)];
   const bool silence = track.count > 0 && arrival - track.other > from_seconds(2.0);
-  // A stuck driver says nothing about its clock.
+  const bool presumes = presumed_ != Duration::zero();
+  // A stuck driver does not show its clock.
   if (stamp != track.stamp) {
-    track.add(stamp, arrival);
+    track.add(stamp, arrival, !(presumes && track.judges));
     check_presumed(track);
   }
-  if (silence && presumed_ == Duration::zero()) track.best = track.lead;
+  if (silence && !presumes) track.best = track.lead;
   if (arrival < unsettled_until_) return false;
   // If only the clock of the INS has stepped, or none has, the inputs of the others are right.
   const bool known = track.count > kKnown && !silence;
   return !suspected_ || (known && !track.moved_by(step_));
 }
 
-/// Whether a source of a known latency has stepped by what is presumed of all.
+/// Whether a source whose latency was known before has stepped by what is presumed of all.
 void ClockWatch::check_presumed(const Track& track) {
-  if (presumed_ == Duration::zero() || track.count <= kKnown) return;
+  if (presumed_ == Duration::zero() || !track.judges) return;
   const Duration gained = track.lead - track.best;
   const auto near = [this](Duration d) { return abs(d) * 4 < abs(presumed_); };
-  if (near(gained)) presumed_ = {};
+  for_ = near(gained) ? for_ + 1 : 0;
   against_ = near(gained + presumed_) ? against_ + 1 : 0;
+  if (for_ < kEnough) return;
+  presumed_ = {};
+  against_ = 0;
 }
 
 /// The presumed step was that of the INS alone.
 ClockStep ClockWatch::take_back() {
-  for (Track& track : others_) track.best -= presumed_;
+  for (Track& track : others_) {
+    if (track.judges) {
+      track.best -= presumed_;
+    } else {
+      track = {};
+    }
+  }
   ins_shift_ -= presumed_;
   const ClockStep back{-presumed_, true};
   presumed_ = {};
@@ -173,7 +189,6 @@ bool ClockWatch::established() const {
 }
 
 std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
-  constexpr int kEnough = 3;
   if (!suspected_ && against_ >= kEnough) return take_back();
   if (!suspected_) return std::nullopt;
   const Duration waited = now - suspected_at_;
@@ -196,7 +211,7 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
   const ClockStep step{step_, all.value_or(!returns)};
   settle(step, now);
   presumed_ = !all && step.of_all ? step.step : Duration::zero();
-  against_ = 0;
+  for_ = against_ = 0;
   return step;
 }
 
@@ -213,7 +228,14 @@ void ClockWatch::settle(const ClockStep& step, Stamp now) {
     ins_shift_ -= step.step;
     return;
   }
-  for (Track& track : others_) track.best += step.step;
+  for (Track& track : others_) {
+    track.judges = track.known();
+    if (track.judges) {
+      track.best += step.step;
+    } else {
+      track = {};  // its latency is learned again
+    }
+  }
   unsettled_until_ = now + kSettling;
 }
 

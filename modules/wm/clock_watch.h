@@ -65,8 +65,11 @@ class ClockWatch {
   /// Of the stamps of one source over their arrivals.
   struct Track : StampLead {
     Duration since_drift{};  ///< for which `best` has not been lowered yet
+    bool judges = false;     ///< its latency was known when a step was presumed
 
-    void add(Stamp s, Stamp arrival);
+    /// @param follows  `best` may grow
+    void add(Stamp s, Stamp arrival, bool follows);
+    [[nodiscard]] bool known() const { return count > kKnown; }
     [[nodiscard]] bool alive(Stamp now) const;
     /// Its newest stamp has changed as by this step.
     [[nodiscard]] bool moved_by(Duration step) const;
@@ -105,7 +108,8 @@ class ClockWatch {
       Stamp::min();  ///< inputs of the other sources are dropped until this arrival
   Duration ins_shift_{};
   Duration presumed_{};  ///< step of all clocks that no other source has confirmed; 0: none
-  int against_ = 0;      ///< messages in a row that have not stepped by it
+  int for_ = 0;          ///< messages in a row that have stepped by it
+  int against_ = 0;      ///< and that have not
 };
 
 }  // namespace rcs::wm

@@ -106,9 +106,11 @@ void WmNode::report_events(Stamp now) {
     reported_resets_ = s.bookkeeping.world_resets;
   }
   if (estimator_.clock_steps() != reported_clock_steps_) {
-    report_.publish(now, event::kWmClockStep,
-                    "clocks of all sensors stepped: the belief continues at stamp {}",
-                    to_utime(s.belief.x.stamp));
+    const bool taken_back = estimator_.ins_clock_shift() != reported_ins_shift_;
+    report_.publish(
+        now, event::kWmClockStep, "{}: the belief continues at stamp {}",
+        taken_back ? "the last step was not one of all clocks" : "clocks of all sensors stepped",
+        to_utime(s.belief.x.stamp));
     reported_clock_steps_ = estimator_.clock_steps();
   }
   if (estimator_.losses() != reported_losses_) {

@@ -207,6 +207,7 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
   const bool repeats = !gps_content_.add(m, rolls ? wheels_mps_ : 0.0);
   const std::optional<GeodeticFix> fix = admit(m);
   if (fix && repeats) {
+    estimator_.watch_clock(Clock::kGps, from_utime(m.utime), fixes_.front_arrival());
     report_rejected(fixes_, "the same position while moving (frozen receiver)", now, &report_);
     return;
   }

@@ -158,7 +158,7 @@ TEST(ClockWatch, AClockOfTheInsThatReturnsWhileNothingElseIsReceivedIsOfTheInsAl
 }
 
 TEST(ClockWatch, AStepThatWasPresumedOfAllIsTakenBackWhenAnotherSourceHasNotStepped) {
-  for (const double by_s : {0.2, 3.0, -0.2, -3.0}) {
+  for (const double by_s : {0.05, 0.2, 3.0, -0.05, -0.2, -3.0}) {
     for (const bool of_all : {true, false}) {
       const auto wheels = [=](double t) {
         return t > 9.0 && t < 14.0 ? std::nullopt : std::optional(of_all && t > 9.0 ? by_s : 0.0);
@@ -173,7 +173,22 @@ TEST(ClockWatch, AStepThatWasPresumedOfAllIsTakenBackWhenAnotherSourceHasNotStep
   }
 }
 
-TEST(ClockWatch, AStuckSourceTellsNothing) {
+TEST(ClockWatch, ASourceWhoseLatencyWasUnknownTakesNothingBack) {
+  for (const double by_s : {3.0, -3.0}) {
+    for (const double begin_s : {9.75, 14.0}) {  // five messages before the step, or none
+      const auto wheels = [=](double t) {
+        const bool received = t > begin_s && (t < 10.003 || t > 14.0);
+        return received ? std::optional(t > 10.003 ? by_s : 0.0) : std::nullopt;
+      };
+      const Seen seen = run(shifted(10.003, 1e9, by_s), wheels);
+      ASSERT_EQ(seen.steps.size(), 1U) << by_s;
+      EXPECT_TRUE(seen.steps[0].of_all) << by_s;
+      EXPECT_EQ(seen.shift, Duration::zero()) << by_s;
+    }
+  }
+}
+
+TEST(ClockWatch, AStuckSourceDoesNotShowItsClock) {
   const auto stuck = [](double t) { return std::optional(t > 9.503 ? 9.5 - t : 0.0); };
   const Seen seen = run(shifted(10.003, 1e9, -3.0), stuck);
   ASSERT_EQ(seen.steps.size(), 1U);

@@ -162,7 +162,12 @@ std::optional<FilterState> FaultDetection::add(const Model& model, const Measure
 
 std::optional<FilterState> FaultDetection::judge(const Model& model, const Measurement& m,
                                                  const FilterState& belief) {
-  const bool wrong = wheels_are_stuck(m) || wheels_are_refused(m, belief);
+  const bool stuck = wheels_are_stuck(m);
+  const bool refused = wheels_are_refused(m, belief);
+  if (refused && !stuck && only_filter_speed_changed(m, belief)) {
+    return exclude_ins(belief, model.params.modes);
+  }
+  const bool wrong = stuck || refused;
   const bool outvoted = wheels_are_outvoted(m, belief);
   if (!belief.bookkeeping.excluded.wheels && outvoted) {
     return exclude_outvoted_odometry(belief, model.params.modes);
@@ -309,6 +314,7 @@ FilterState FaultDetection::found(Finding finding, const FilterState& next,
     bound_given_up_ = {};
   }
   agree_with_given_up_ = 0;
+  refused_ = {};
   turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = ins_rises_ = {};
   scan_ = {};

@@ -232,6 +232,8 @@ class FaultDetection {
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_stuck(const Measurement& m);
   [[nodiscard]] bool wheels_are_refused(const Measurement& input, const FilterState& belief);
+  [[nodiscard]] bool only_filter_speed_changed(const Measurement& input,
+                                               const FilterState& belief) const;
   bool wheels_are_outvoted(const Measurement& m, const FilterState& belief);
   FilterState exclude_outvoted_odometry(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool wheels_contradict_ins(const FilterState& others) const;
@@ -349,7 +351,7 @@ class FaultDetection {
   /// The same for longer, if the fixes only persisted: they may have been wrong all the time. It
   /// goes on through a gap of the INS, as it is no test.
   Subfilter given_up_;
-  int agree_with_given_up_ = 0;  ///< fixes in a row that contradict the filter
+  int agree_with_given_up_ = 0;  ///< fixes in a row that contradict the filter, and agree with it
   Hypothesis gps_right_, ladar_right_, ins_right_, map_right_;
   /// While GPS is contradicted, or excluded although the INS may be the faulty one: the filter that
   /// keeps GPS and excludes the INS.
@@ -406,6 +408,9 @@ class FaultDetection {
   struct RefusedWheels {
     Stamp at = Stamp::min();  ///< newest sample
     double share = 0.0;       ///< of the samples that the filter rejects, low-passed
+    /// Of the newest one that it has accepted, or of the first one after a gap.
+    double wheels_mps = 0.0;  ///< its speed
+    double ahead_mps = 0.0;   ///< that of the filter then
   } refused_;
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded

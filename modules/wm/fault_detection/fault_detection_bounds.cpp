@@ -92,7 +92,7 @@ void FaultDetection::bound_keeping_gps(const FilterState& belief) {
 }
 
 /// The distance to the motion that was given up for fixes that persisted: which of the two was
-/// wrong nobody knows.
+/// wrong is unknown.
 void FaultDetection::bound_given_up(const FilterState& belief) {
   constexpr Duration kDoubtful = from_seconds(60.0);
   const Stamp now = belief.belief.x.stamp;

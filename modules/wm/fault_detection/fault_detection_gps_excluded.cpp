@@ -73,11 +73,12 @@ bool FaultDetection::keeps_its_shape(const Model& model, const GpsFix& z,
 
 /// The velocities of the fixes since the hypothesis began contradict the filter: they drift.
 bool FaultDetection::drifts(const Model& model, const GpsFix& z, const FilterState& belief) {
-  if (!z.has_velocity) return false;
-  const NavState& x = belief.belief.x;
-  const Residual<3> r = gps_velocity(x, z, model.params.gps, accel_world(belief));
   FixDrift& drift = gps_right_.drift;
-  drift.add(r.r.head<2>(), x.v_world.head<2>(), std::sqrt(r.R.diagonal().head<2>().maxCoeff()));
+  if (z.has_velocity) {
+    const NavState& x = belief.belief.x;
+    const Residual<3> r = gps_velocity(x, z, model.params.gps, accel_world(belief));
+    drift.add(r.r.head<2>(), x.v_world.head<2>(), std::sqrt(r.R.diagonal().head<2>().maxCoeff()));
+  }
   Mat<2, 2> own = belief.belief.P.block<2, 2>(kVelocity, kVelocity);
   own.diagonal().array() += params_.floor_mps * params_.floor_mps;
   const double yaw_variance = belief.belief.P(kAttitude + 2, kAttitude + 2);

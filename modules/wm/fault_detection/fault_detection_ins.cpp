@@ -307,7 +307,8 @@ FaultDetection::Faulty FaultDetection::ins_or_ladar(Stamp now) const {
 /// them the registrations, which the INS predicts, follow it.
 bool FaultDetection::only_ins_is_accepted(const FilterState& belief) const {
   constexpr int kSamples = 10;
-  constexpr int kMatches = 5;
+  // None of an INS that was readmitted with the biases of a fault that may have ended since.
+  const int matches = monitors_.ins.on_probation(belief.belief.x.stamp) ? 0 : 3;
   const Stamp now = belief.belief.x.stamp;
   const Bookkeeping& without_ins = without_ins_.state.bookkeeping;
   const auto contradicts = [&](Source source, int refused) {
@@ -317,7 +318,7 @@ bool FaultDetection::only_ins_is_accepted(const FilterState& belief) const {
   };
   const bool fixes = belief.bookkeeping.of(Source::kGpsPosition).accepted > now - kFresh;
   return !fixes && contradicts(Source::kOdometry, kSamples) &&
-         contradicts(Source::kRolling, kMatches);
+         contradicts(Source::kRolling, matches);
 }
 
 std::optional<FilterState> FaultDetection::decide_ins(const FilterState& belief,

@@ -31,13 +31,15 @@ bool same(double a_mps, double b_mps) {
   return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
 }
 
+double speed_ahead(const NavState& x) { return (x.T_world_vehicle.q.conjugate() * x.v_world).x(); }
+
 }  // namespace
 
 /// The speed of the wheels, which this sub-filter uses, is not that by the INS alone.
 bool FaultDetection::wheels_contradict_ins(const FilterState& others) const {
   if (!uses_wheels(others) || !inertial_.subfilter.alive()) return false;
   const NavState& ins = inertial_.subfilter.state.belief.x;
-  const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
+  const double ahead_mps = speed_ahead(ins);
   return !same(others.bookkeeping.odometry_mps, ahead_mps);
 }
 
@@ -47,7 +49,7 @@ bool FaultDetection::wheels_are_left(const Model& model, const GpsFix& z) const 
   const FilterState& others = without_gps_.state;
   if (!wheels_contradict_ins(others)) return false;
   const NavState& ins = inertial_.subfilter.state.belief.x;
-  const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
+  const double ahead_mps = speed_ahead(ins);
   // With a wrong heading the velocity by the INS is not along the vehicle: the speed is the same.
   const double wheels_mps = others.bookkeeping.odometry_mps;
   const auto as_fast_as = [&](double mps) {
@@ -120,6 +122,10 @@ bool FaultDetection::wheels_are_refused(const Measurement& input, const FilterSt
   const double weight = again ? 0.0 : std::min(1.0, seconds(since) / kRefused_s);
   refused_.share = again ? 0.0 : refused_.share + weight * (rejected - refused_.share);
   refused_.at = input.stamp;
+  if (rejected == 0.0 || again) {
+    refused_.wheels_mps = std::get<OdometrySample>(input.value).speed_mps;
+    refused_.ahead_mps = speed_ahead(belief.belief.x);
+  }
   if (refused_.share < kRefusedShare) return false;
   const auto confirms = [&](Source source) {
     return m.of(source).refused == 0 && m.of(source).accepted > now - kConfirmed;
@@ -130,6 +136,30 @@ bool FaultDetection::wheels_are_refused(const Measurement& input, const FilterSt
   const bool observed = votes_.sigma_ahead_m() < kObserved_m && confirms(Source::kRolling);
   return uses_forces(belief) && follows && !suspect && m.odometry_received > now - kConfirmed &&
          (observed || confirms(Source::kGpsVelocity));
+}
+
+/// Since the filter has accepted a sample of the wheels, its own speed has changed, and that of the
+/// wheels has not: wheels that slip or fail change theirs. A LADAR that observes no distance
+/// follows the INS; fixes do not. Wheels that repeat their values may be stuck.
+bool FaultDetection::only_filter_speed_changed(const Measurement& input,
+                                               const FilterState& belief) const {
+  constexpr double kLeast_mps = 1.0;
+  constexpr double kMost = 0.7;  // shares of the difference
+  constexpr double kLittle = 0.3;
+  constexpr Duration kRepeats = from_seconds(0.4);
+  const Stamp now = belief.belief.x.stamp;
+  const auto* const wheels = std::get_if<OdometrySample>(&input.value);
+  const Bookkeeping& m = belief.bookkeeping;
+  const Stamp fix =
+      std::max(m.of(Source::kGpsVelocity).accepted, m.of(Source::kGpsPosition).accepted);
+  if (wheels == nullptr || fix > now - kFresh || input.stamp - stuck_.since > kRepeats) {
+    return false;
+  }
+  if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return false;
+  const double own_mps = speed_ahead(belief.belief.x);
+  const double apart_mps = std::abs(own_mps - wheels->speed_mps);
+  return apart_mps > kLeast_mps && std::abs(own_mps - refused_.ahead_mps) > kMost * apart_mps &&
+         std::abs(wheels->speed_mps - refused_.wheels_mps) < kLittle * apart_mps;
 }
 
 /// Without INS the yaw rate and the speed of the wheels move the filter, and a filter that is wrong
@@ -189,7 +219,7 @@ std::optional<FilterState> FaultDetection::judge_excluded_odometry(const Model& 
   NavState x = belief.belief.x;
   x.wheel_scale = 1.0;
   x.slip_per_climb = 0.0;
-  const double ahead_mps = (x.T_world_vehicle.q.conjugate() * x.v_world).x();
+  const double ahead_mps = speed_ahead(x);
   const double dt_s = std::clamp(seconds(now - odometry_judged_), 0.0, kLongest_s);
   odometry_judged_ = now;
   if (std::max(std::abs(ahead_mps), std::abs(z.speed_mps)) < kMoves_mps) return std::nullopt;

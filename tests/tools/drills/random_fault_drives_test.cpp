@@ -1,5 +1,5 @@
 // Single drives of `rcs faults` whose errors led to a rule of the fault detection (ADR 121, 123,
-// 125 to 127 and 133). The values with the tests are those without the rule.
+// 125 to 127, 133 and 134). The values with the tests are those without the rule.
 
 #include <gtest/gtest.h>
 
@@ -135,6 +135,18 @@ TEST(RandomFaultDrives, AnInsIsNotReadmittedAtAnotherHeight) {
 // the level for 5 %.
 TEST(RandomFaultDrives, AClockOfTheInsThatReturnsIsNoStepOfAllClocks) {
   expect_bounded(run(161201, 2, 163), "odometry frozen, ins clock", 2.5);
+}
+
+// In high grass registrations follow an INS whose force is off by 1 m/s^2, and both of them
+// together excluded the wheels: 390 m.
+TEST(RandomFaultDrives, AnInsThatRunsAwayFromTheWheelsIsExcluded) {
+  expect_bounded(run(161501, 1, 177), "ins bias", 7.0);
+}
+
+// The force is off by 1.6 m/s^2 along a street, where the scans are alike: 32 m, within the level
+// for 69 %.
+TEST(RandomFaultDrives, ThreeRejectedMatchesAndTheWheelsExcludeTheIns) {
+  expect_bounded(run(161501, 1, 134), "ins bias", 4.0);
 }
 
 }  // namespace
