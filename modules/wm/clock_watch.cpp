@@ -129,22 +129,20 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   if (arrival == Stamp::min()) return true;
   Track& track = others_[static_cast<std::size_t>(clock)];
   const bool silence = track.count > 0 && arrival - track.other > from_seconds(2.0);
-  const bool presumes = presumed_ != Duration::zero();
+  const bool judges = presumed_ != Duration::zero() && track.judges;
   // A stuck driver does not show its clock.
   if (stamp != track.stamp) {
-    track.add(stamp, arrival, !(presumes && track.judges));
-    check_presumed(track);
+    track.add(stamp, arrival, !judges);
+    if (judges) check_presumed(track);
   }
-  if (silence && !presumes) track.best = track.lead;
+  if (silence && !judges) track.best = track.lead;
   if (arrival < unsettled_until_) return false;
   // If only the clock of the INS has stepped, or none has, the inputs of the others are right.
-  const bool known = track.count > kKnown && !silence;
-  return !suspected_ || (known && !track.moved_by(step_));
+  return !suspected_ || (track.known() && !silence && !track.moved_by(step_));
 }
 
-/// Whether a source whose latency was known before has stepped by what is presumed of all.
+/// Counts whether a source, whose latency was known before, has stepped by what is presumed of all.
 void ClockWatch::check_presumed(const Track& track) {
-  if (presumed_ == Duration::zero() || !track.judges) return;
   const Duration gained = track.lead - track.best;
   const auto near = [this](Duration d) { return abs(d) * 4 < abs(presumed_); };
   for_ = near(gained) ? for_ + 1 : 0;

@@ -147,6 +147,7 @@ TEST(FaultDetection, FixesThatReturnWithADriftDoNotReplaceTheFilter) {
     const Seen seen = drive(100.0, d);
     EXPECT_FALSE(seen.found(Finding::kFilterFaulty)) << rate_mps;
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << rate_mps;
+    EXPECT_EQ(seen.found(Finding::kGpsReadmissionRevoked), rate_mps < 0.25) << rate_mps;
     EXPECT_LT(seen.worst_m, limit_m) << rate_mps;
     EXPECT_EQ(seen.beyond_protection, 0) << rate_mps;
     EXPECT_EQ(seen.gps, SourceStatus::kFully) << rate_mps;
