@@ -287,9 +287,23 @@ struct Info {
     "[gateway] unsecured permits it.",                                                             \
     "Make keys (`rcs keys`) and name their folder in [gateway.security] directory.")               \
   X(kGatewaySecured, "gateway", "dds.secured", kInfo, kOne,                                        \
-    "DDS runs with authentication and encryption.",                                                \
+    "DDS runs with authentication and encryption. The text has the number of revoked "             \
+    "certificates, or that there is no revocation list, and the end of the validity of the keys.", \
     "The gateway has started.",                                                                    \
     "None.")                                                                                       \
+  X(kGatewayIdentityExpires, "gateway", "dds.identity_expires", kWarning, kOne,                    \
+    "The validity of the vehicle's own keys ends within 30 days. Then no operator can command or " \
+    "stop the vehicle over DDS. The event is repeated every day.",                                 \
+    "The certificate, the permissions, the list of revoked certificates or an authority of the "   \
+    "keys ends.",                                                                                  \
+    "Renew the keys (`rcs keys FOLDER --renew VEHICLE`), copy them to the vehicle, and restart "   \
+    "the gateway (docs/user/dds.md).")                                                             \
+  X(kGatewayIdentityExpired, "gateway", "dds.identity_expired", kError, kOne,                      \
+    "The validity of the vehicle's own keys has ended: no operator can command or stop the "       \
+    "vehicle over DDS. The event is repeated every day.",                                          \
+    "The keys were not renewed, or the clock of the computer is wrong.",                           \
+    "Renew the keys (`rcs keys FOLDER --renew VEHICLE`), copy them to the vehicle, and restart "   \
+    "the gateway (docs/user/dds.md). Check the clock of the computer.")                            \
   X(kGatewayCommandRejected, "gateway", "command.rejected", kWarning, kOne,                        \
     "A command of an operator was rejected. The text has the operator and the reason.",            \
     "The operator is not authorized, another operator is in command, an emergency stop is "        \
@@ -385,8 +399,14 @@ struct Info {
     "channel by which it drives.",                                                                 \
     "Two programs publish on one channel: a second driver or simulator, a node of another run, or " \
     "a recording that is played with the outputs of its nodes.",                                   \
-    "Stop the other program. `rcs top` shows the processes on the bus; every message has the ids " \
-    "of its run and publisher (`rcs log list`).")                                                  \
+    "Find the program by its publisher id and end it. `rcs top` shows the process ids and publisher " \
+    "ids of all programs that publish `<NAME>_PROCESS`, and of a rejected publisher if it is one of " \
+    "them. A driver is not: if it uses its process id as publisher id, `printf '%d' 0xID` prints "  \
+    "it. `rcs log list` and the audit log have the ids of every message.")                          \
+  X(kPublisherChanged, "sp, wm, bg, mission, gateway, ros2_bridge", "publisher.changed", kWarning, kTen,    \
+    "A channel is accepted from another publisher than before, because the former one was silent.", \
+    "A driver or a node was started again. Otherwise a second program has taken over the channel.", \
+    "None after a restart. Otherwise see publisher.rejected: the text has the ids of both.")        \
   X(kUpNodeFailing, "up", "node.failing", kError, kOne,                                            \
     "A node ends again and again. The other nodes keep running, and the restarts continue.",       \
     "The text has how the node ended. Configuration, driver, memory, or a bug.",                   \

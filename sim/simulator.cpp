@@ -145,12 +145,15 @@ void Simulator::hear_commands() {
       ++releases_refused_;
       continue;
     }
+    const std::int64_t accepted = commanded_->model().account().taken;
+    command(m, commands_->front_arrival() - bus_shift_, bus_shift_);
+    // What is stale or implausible neither stops nor releases.
+    if (commanded_->model().account().taken == accepted) continue;
     if (m.emergency_stop != 0) {
       stopped_by_ = from;
     } else {
       stopped_by_.reset();
     }
-    command(m, commands_->front_arrival() - bus_shift_, bus_shift_);
   }
 }
 

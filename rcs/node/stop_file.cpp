@@ -18,6 +18,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "rcs/base/durable_folder.h"
 #include "rcs/base/file_handle.h"
 #include "rcs/node/bus/publisher.h"
 
@@ -40,17 +41,8 @@ Error failure(std::string_view what, const std::string& path, int code) {
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
 Outcome make_folder(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
+  const std::error_code error = make_durable_folder(folder);
   if (error) return failure("create the folder", folder, error.value());
-  return Done{};
-}
-
-/// The creation or removal of a file is permanent only when its folder is on the disk, too.
-Outcome sync_folder(const std::string& folder) {
-  const FileHandle handle(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!handle.valid()) return failure("open the folder", folder, errno);
-  if (fsync(handle.get()) != 0) return failure("write the folder", folder, errno);
   return Done{};
 }
 
@@ -74,7 +66,10 @@ Outcome write_file(const std::string& path, const std::string& text) {
   // Not truncated before: whatever a crash leaves of the old and the new text is a latched stop.
   if (ftruncate(file.get(), n) != 0) return failure("write", path, errno);
   if (fsync(file.get()) != 0) return failure("write", path, errno);
-  return sync_folder(folder);
+  // The creation of a file is permanent only when its folder is on the disk, too.
+  const std::error_code error = sync_folder(folder);
+  if (error) return failure("write the folder", folder, error.value());
+  return Done{};
 }
 
 std::optional<std::uint64_t> hexadecimal(std::string_view text) {
@@ -155,10 +150,23 @@ Outcome execute(const StopJob& job) {
 }
 
 Outcome check_stop_folder(const std::string& path) {
+  if (Outcome made = make_folder(folder_of(path)); !made) return made;
+  // An existing folder may be without write permission.
+  return examine_stop_folder(path);
+}
+
+Outcome examine_stop_folder(const std::string& path) {
   const std::string folder = folder_of(path);
-  if (Outcome made = make_folder(folder); !made) return made;
-  // fs::create_directories() accepts an existing folder without write permission.
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+  std::error_code error;
+  // The folder, or the one in which it would be created.
+  fs::path existing = fs::absolute(folder, error);
+  while (access(existing.c_str(), F_OK) != 0 && errno == ENOENT && existing.has_relative_path()) {
+    existing = existing.parent_path();
+  }
+  if (!fs::is_directory(existing, error)) {
+    return failure("write to the folder", folder, error ? error.value() : ENOTDIR);
+  }
+  if (access(existing.c_str(), W_OK | X_OK) != 0) {
     return failure("write to the folder", folder, errno);
   }
   return Done{};
@@ -168,7 +176,7 @@ Outcome check_stop_folder(const std::string& path) {
 bool sync_stop_file(const std::string& path) {
   const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (file.valid() && fsync(file.get()) != 0 && errno != EINVAL) return false;
-  return sync_folder(folder_of(path)).ok();
+  return !sync_folder(folder_of(path));
 }
 
 }  // namespace rcs

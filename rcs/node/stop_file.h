@@ -30,8 +30,12 @@ struct StopJob {
 /// without waiting. Errors name the file and the cause.
 Outcome execute(const StopJob& job);
 
-/// Creates the folder of `path` if needed, and checks that files can be created in it.
+/// Creates the folder of `path` if needed, waits until it is on the disk, and checks that files can
+/// be created in it.
 Outcome check_stop_folder(const std::string& path);
+/// The same without creating anything, as far as permissions show it: whether this user can create
+/// files in the folder of `path`, or the folder itself.
+[[nodiscard]] Outcome examine_stop_folder(const std::string& path);
 /// @return the file at `path` is on the disk
 [[nodiscard]] bool sync_stop_file(const std::string& path);
 

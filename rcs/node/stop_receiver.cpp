@@ -25,7 +25,7 @@ StopReceiver::StopReceiver(Bus* bus, std::string_view stop_channel,
 
 void StopReceiver::receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept {
   try {
-    if (size > InboxBase::kMaxMessageBytes) return;
+    if (size > kMaxEncodedBytes<command_t>) return;
     if (scratch_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
     if (scratch_.kind == command_t::KIND_EMERGENCY_STOP) accept(arrival);
   } catch (const std::bad_alloc&) {

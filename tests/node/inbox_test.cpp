@@ -1,6 +1,7 @@
 #include "rcs/node/bus/inbox.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <limits>
@@ -17,9 +18,11 @@
 #include "lcmtypes/rcs/path_uncertainty_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/process_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/node/bus/local_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {
@@ -129,13 +132,65 @@ TEST_F(OwnedInboxTest, OfTwoDriversTheFirstIsUsedUntilItIsSilent) {
   EXPECT_EQ(inbox.account().rejected, 20);
   EXPECT_EQ(inbox.account().rejected_of.publisher_id, 4);
   EXPECT_EQ(inbox.owner().publisher_id, 3);
-  send(&inbox, {9, 4}, 21, at_ms(380 + 99));
-  EXPECT_EQ(inbox.account().rejected, 21) << "three intervals, but below the least silence";
-  send(&inbox, {9, 4}, 22, at_ms(380 + 101));
+  for (std::int64_t t = 390; t < 380 + 3000; t += 10) send(&inbox, {9, 4}, t, at_ms(t));
+  EXPECT_EQ(inbox.owner().publisher_id, 3) << "in a gap of less than 3 s";
+  EXPECT_EQ(inbox.account().owner_changes, 0);
+  send(&inbox, {9, 4}, 4000, at_ms(380 + 3000));
   EXPECT_EQ(inbox.account().received, 21);
   EXPECT_EQ(inbox.account().gaps, 0) << "another publisher counts on its own";
-  send(&inbox, {8, 3}, 21, at_ms(490));
+  EXPECT_EQ(inbox.account().owner_changes, 1);
+  EXPECT_EQ(inbox.account().owner_before.publisher_id, 3);
+  EXPECT_EQ(inbox.account().owner_silent, test::ms(3000));
+  send(&inbox, {8, 3}, 21, at_ms(3390));
   EXPECT_EQ(inbox.owner().publisher_id, 4) << "the first one is the second now";
+}
+
+TEST_F(OwnedInboxTest, ASecondDriverDoesNotUseAGapOfTheFirst) {
+  Inbox<odometry_t> inbox(&bus_, "ODOMETRY", 64);
+  std::int64_t t = 0;
+  for (; t < 1000; t += 10) send(&inbox, {8, 3}, 1 + t, at_ms(t));
+  send(&inbox, {9, 4}, 1, at_ms(t));  // one message is enough to be known as a second one
+  for (t += 5; t < 3000; t += 10) send(&inbox, {8, 3}, 1 + t, at_ms(t));
+  t += 500;  // a gap
+  send(&inbox, {9, 4}, 2, at_ms(t));
+  EXPECT_EQ(inbox.owner().publisher_id, 3);
+  send(&inbox, {8, 3}, 1 + t, at_ms(t + 10));
+  EXPECT_EQ(inbox.account().rejected, 2) << "the first one continues";
+}
+
+TEST_F(OwnedInboxTest, ADriverThatIsStartedAgainIsAcceptedSoon) {
+  // Its first messages may come before the silence of its predecessor is noticed.
+  for (const std::int64_t restart : {20, 60, 99, 101, 250, 2000}) {
+    Inbox<odometry_t> inbox(&bus_, "ODOMETRY", 1024);
+    std::int64_t last = 0;
+    for (std::int64_t t = 0; t < 1000; t += 10) send(&inbox, {8, 3}, 1 + t, at_ms(last = t));
+    std::int64_t accepted = 0;
+    for (std::int64_t t = last + restart; accepted == 0 && t < 10'000; t += 10) {
+      send(&inbox, {8, 4}, 1 + t, at_ms(t));
+      if (inbox.owner().publisher_id == 4) accepted = t;
+    }
+    EXPECT_LE(accepted, last + std::max<std::int64_t>(restart, 111)) << "after " << restart;
+    EXPECT_EQ(inbox.account().owner_changes, 1);
+  }
+}
+
+TEST_F(OwnedInboxTest, ASecondDriverOfLongAgoDelaysNoSuccessor) {
+  Inbox<odometry_t> inbox(&bus_, "ODOMETRY", 1024);
+  send(&inbox, {8, 3}, 1, at_ms(0));
+  send(&inbox, {9, 4}, 1, at_ms(5));
+  for (std::int64_t t = 10; t <= 5000; t += 10) send(&inbox, {8, 3}, 1 + t, at_ms(t));
+  send(&inbox, {8, 5}, 1, at_ms(5000 + 150));
+  EXPECT_EQ(inbox.owner().publisher_id, 5);
+}
+
+TEST_F(OwnedInboxTest, AnotherRunDelaysNoSuccessor) {
+  Inbox<nav_state_t> inbox(&bus_, "WM_NAV_STATE", 256);
+  for (std::int64_t t = 0; t < 2000; t += 20) {
+    send(&inbox, {kRun, 2}, 1 + t, at_ms(t));
+    send(&inbox, {6, 9}, 1 + t, at_ms(t + 10));  // a recording
+  }
+  send(&inbox, {kRun, 3}, 1, at_ms(1980 + 200));
+  EXPECT_EQ(inbox.owner().publisher_id, 3);
 }
 
 TEST_F(OwnedInboxTest, AMalformedMessageOwnsNothing) {
@@ -204,6 +259,87 @@ TEST_F(InboxTest, MalformedMessagesAreCountedAndDisplaceNothing) {
   EXPECT_EQ(inbox_.account().received, 3);
   EXPECT_EQ(inbox_.account().dropped, 0);
   EXPECT_EQ(inbox_.front()->seq, 1);
+}
+
+std::size_t heap_bytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
+
+TEST(InboxMemory, AFloodOfLongTextsKeepsNoMemory) {
+  LocalBus bus;
+  Inbox<process_t> alive(&bus, "SP_PROCESS", 4);
+  Inbox<command_t> commands(&bus, "BG_COMMAND", 64);
+  process_t heartbeat{};
+  heartbeat.note.assign(std::size_t{1} << 20, 'x');
+  command_t command{};
+  command.issuer.assign(std::size_t{1} << 20, 'x');
+  const std::vector<std::uint8_t> long_heartbeat = encode(heartbeat);
+  const std::vector<std::uint8_t> long_command = encode(command);
+  const std::size_t before = heap_bytes();
+  for (int k = 0; k < 200; ++k) {
+    alive.receive(long_heartbeat.data(), long_heartbeat.size(), at_ms(k));
+    commands.receive(long_command.data(), long_command.size(), at_ms(k));
+  }
+  EXPECT_LT(heap_bytes(), before + (std::size_t{1} << 18));
+  int malformed = 0;
+  Tap<process_t> tap(
+      &bus, "WM_PROCESS", [](const process_t&, Stamp) { FAIL(); }, [&] { ++malformed; });
+  tap.receive(long_heartbeat.data(), long_heartbeat.size(), at_ms(0));
+  EXPECT_EQ(malformed, 1);
+  EXPECT_EQ(alive.account().malformed, 200);
+  EXPECT_EQ(commands.account().malformed, 200);
+  heartbeat.note = "SCHED_FIFO 50 not granted";
+  const std::vector<std::uint8_t> usual = encode(heartbeat);
+  alive.receive(usual.data(), usual.size(), at_ms(300));
+  EXPECT_EQ(alive.size(), 1U);
+}
+
+template <class T>
+void expect_accepted(const T& largest) {
+  LocalBus bus;
+  Inbox<T> inbox(&bus, "ANY", 1);
+  const std::vector<std::uint8_t> bytes = encode(largest);
+  inbox.receive(bytes.data(), bytes.size(), Stamp());
+  EXPECT_EQ(inbox.size(), 1U) << T::getTypeName() << ": " << bytes.size() << " bytes";
+}
+
+TEST(InboxMemory, TheLargestMessagesOfTheSystemAreAccepted) {
+  map_patch_t patch{};
+  patch.n = 512 * 512;  // [wm.terrain] patch
+  patch.height_cm.resize(512 * 512);
+  patch.step_cm = patch.height_cm;
+  patch.slope_deg.resize(512 * 512);
+  patch.roughness_cm = patch.flags = patch.slope_deg;
+  expect_accepted(patch);
+  points_t points{};
+  points.n = 20'000;
+  points.x_m.resize(20'000);
+  points.y_m = points.z_m = points.x_m;
+  expect_accepted(points);
+  path_query_t query{};
+  query.n = 1000;
+  query.x_m.resize(1000);
+  query.y_m = query.x_m;
+  expect_accepted(query);
+  path_uncertainty_t uncertainty{};
+  uncertainty.n = 1001;
+  uncertainty.x_m.resize(1001);
+  uncertainty.y_m = uncertainty.travelled_m = uncertainty.x_m;
+  uncertainty.sigma_dead_reckoning_m = uncertainty.sigma_with_map_m = uncertainty.x_m;
+  expect_accepted(uncertainty);
+  command_t command{};
+  command.n = 256;  // [gateway] max_waypoints
+  command.waypoint.resize(256);
+  expect_accepted(command);
+  ladar_points_t facet{};
+  facet.n = facet.n_index = facet.n_time = 3500;
+  facet.x_m.resize(3500);
+  facet.y_m = facet.z_m = facet.x_m;
+  facet.row.resize(3500);
+  facet.col = facet.row;
+  facet.dt_us.resize(3500);
+  expect_accepted(facet);
 }
 
 // Every message type that contains a length, filled so that each array and string has elements.

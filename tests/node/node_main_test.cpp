@@ -168,6 +168,21 @@ TEST(NodeMain, ChecksAConfigurationWithoutABus) {
             "echo: " + path + ":3: [process.other] unknown key cpu; did you mean cpus?\n");
 }
 
+TEST(NodeMain, ANodeThatCreatesFilesHasAnotherFactoryForTheCheck) {
+  const std::string path = config("[echo]\n");
+  const auto run = [&path](std::vector<std::string> args) {
+    args.insert(args.begin(), {"echo", path});
+    std::vector<char*> argv;
+    for (std::string& a : args) argv.push_back(a.data());
+    return node_main(
+        static_cast<int>(args.size()), argv.data(), "echo",
+        [](const ParamFile&, Bus*) -> Result<std::unique_ptr<Node>> { return Error{"live"}; },
+        make_echo);
+  };
+  EXPECT_EQ(run({"--check"}), 0);
+  EXPECT_EQ(run({}), 3);
+}
+
 TEST(NodeMain, AWrongConfigurationEndsItWithTheReason) {
   const std::string path = config("[echo]\ndpeth = 3\n");
   const Ended ended = Child({path}).wait();

@@ -76,9 +76,10 @@ TEST(InputGate, OnePublisherOwnsTheInputUntilItIsSilent) {
     ASSERT_EQ(stamp(&gate, t, t), InputVerdict::kAccepted);
     EXPECT_EQ(gate.judge_arrival(kOther, at_ms(t + 50)), InputVerdict::kSecondPublisher);
   }
-  EXPECT_EQ(gate.judge_arrival(kOther, at_ms(3000)), InputVerdict::kAccepted);
-  EXPECT_EQ(stamp(&gate, 3000, 3000, kOther), InputVerdict::kAccepted);
-  EXPECT_EQ(gate.judge_arrival(kDriver, at_ms(3050)), InputVerdict::kSecondPublisher);
+  EXPECT_EQ(gate.judge_arrival(kOther, at_ms(3000)), InputVerdict::kSecondPublisher);
+  EXPECT_EQ(gate.judge_arrival(kOther, at_ms(3900)), InputVerdict::kAccepted);
+  EXPECT_EQ(stamp(&gate, 3900, 3900, kOther), InputVerdict::kAccepted);
+  EXPECT_EQ(gate.judge_arrival(kDriver, at_ms(3950)), InputVerdict::kSecondPublisher);
 }
 
 TEST(InputGate, MessagesThatAreRejectedDoNotKeepTheOwner) {

@@ -297,8 +297,9 @@ TEST(Simulator, ObeysOnePublisherAndNoReleaseOfAnotherRun) {
   simulator.listen(&bus, Duration(0));
   Outbox<drive_t> drive(&bus, channel::kBgDrive);
   SourceEvent event;
+  Duration age{};  // of the commands
   const auto publish = [&](const Publisher& from, double speed_mps, bool stops) {
-    const Stamp now = simulator.peek();
+    const Stamp now = simulator.peek() - age;
     drive_t m{};
     m.run_id = from.run_id;
     m.publisher_id = from.publisher_id;
@@ -309,7 +310,7 @@ TEST(Simulator, ObeysOnePublisherAndNoReleaseOfAnotherRun) {
     std::vector<std::uint8_t> bytes(static_cast<std::size_t>(m.getEncodedSize()));
     m.encode(bytes.data(), 0, m.getEncodedSize());
     bus.publish(channel::kBgDrive, bytes.data(), bytes.size());
-    bus.deliver_next(now);
+    bus.deliver_next(simulator.peek());
     simulator.take(&event);
   };
   const auto until = [&](double t_s, auto&& step) {
@@ -322,18 +323,24 @@ TEST(Simulator, ObeysOnePublisherAndNoReleaseOfAnotherRun) {
     publish(other, 2.0, false);
   });
   until(3.0, [&] { publish(other, 2.0, false); });
+  // An expired command of the same run releases nothing.
+  age = from_seconds(5.0);
+  publish(bg, 2.0, false);
+  age = {};
+  until(3.5, [&] { publish(other, 2.0, false); });
   EXPECT_EQ(simulator.driven_m(), 0.0) << "the stop outlives the program that has set it";
   EXPECT_GT(simulator.rejected_commands(), 100);
-  until(5.0, [&] { publish(successor, 2.0, false); });
+  // After two publishers a third one is accepted when BG has been silent for 3 s.
+  until(8.0, [&] { publish(successor, 2.0, false); });
   EXPECT_NEAR(vehicle.speed_mps(), 2.0, 1e-9) << "of the same run";
-  until(6.0, [&] {
+  until(9.0, [&] {
     publish(successor, 2.0, false);
     publish(other, 0.0, true);
   });
   EXPECT_NEAR(vehicle.speed_mps(), 2.0, 1e-9) << "BG, not the vehicle, takes stops of anyone";
-  until(8.0, [&] { publish(other, 1.0, true); });
+  until(14.0, [&] { publish(other, 1.0, true); });
   EXPECT_EQ(vehicle.speed_mps(), 0.0);
-  until(9.0, [&] { publish(other, 1.0, false); });
+  until(15.0, [&] { publish(other, 1.0, false); });
   EXPECT_GT(vehicle.speed_mps(), 0.5) << "a new run that has repeated the stop first";
 }
 

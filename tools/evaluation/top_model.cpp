@@ -6,11 +6,14 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
 #include "rcs/base/geodesy.h"
+#include "rcs/node/process/publisher_watch.h"
 
 namespace rcs::evaluation {
 namespace {
 
 constexpr std::size_t kMaxText = 400;
+constexpr std::size_t kMaxName = 16;
+constexpr std::size_t kMaxChannel = 64;
 /// A position farther from the datum is not converted.
 constexpr double kFar_m = 1e6;
 /// Limit of the samples in a window; no node has more cycles in it.
@@ -77,6 +80,23 @@ TopView::Routes view_routes(const routes_t& m, Duration received) {
   return routes;
 }
 
+/// The newest information of an entry, or a new one in the place of an outdated one if there are
+/// `most`: a flood of ever new ones displaces no present one.
+template <class Known, class Same>
+void remember(std::vector<Known>* all, std::size_t most, Known known, Duration outdated,
+              const Same& same) {
+  const auto find = [all](const auto& match) {
+    return std::find_if(all->begin(), all->end(), match);
+  };
+  auto entry = find(same);
+  if (entry == all->end() && all->size() >= most) {
+    entry = find([&](const Known& k) { return known.arrival - k.arrival > outdated; });
+    if (entry == all->end()) return;
+  }
+  if (entry == all->end()) entry = all->emplace(entry);
+  *entry = std::move(known);
+}
+
 }  // namespace
 
 std::string printable(std::string_view text) {
@@ -107,7 +127,7 @@ std::optional<double> RateWindow::rate() const {
 }
 
 TopModel::NodeState* TopModel::node(std::string_view name) {
-  std::string key = printable(name.substr(0, 16));
+  std::string key = printable(name.substr(0, kMaxName));
   const auto known = nodes_.find(key);
   if (known != nodes_.end()) return &known->second;
   if (nodes_.size() >= kMaxNodes) return nullptr;
@@ -116,7 +136,32 @@ TopModel::NodeState* TopModel::node(std::string_view name) {
   return &n;
 }
 
+void TopModel::note_process(const process_t& m, Stamp arrival) {
+  TopView::Process process{
+      printable(m.node.substr(0, kMaxName)), m.pid, {m.run_id, m.publisher_id, 0}};
+  remember(&processes_, kMaxProcesses, KnownProcess{process, arrival}, kSilent,
+           [&](const KnownProcess& k) {
+             return k.process.node == process.node &&
+                    k.process.publisher.publisher_id == m.publisher_id;
+           });
+}
+
+void TopModel::note_rejection(const event_t& m, Stamp arrival) {
+  const std::optional<Rejection> rejection = rejection_of(m);
+  if (!rejection) return;
+  TopView::Rejected rejected{printable(rejection->channel.substr(0, kMaxChannel)),
+                             printable(m.node.substr(0, kMaxName)),
+                             {rejection->run_id, rejection->publisher_id, 0},
+                             std::nullopt};
+  remember(&rejections_, kMaxRejected, KnownRejection{rejected, arrival}, kRejectedFor,
+           [&](const KnownRejection& k) {
+             return k.rejected.channel == rejected.channel && k.rejected.by == rejected.by &&
+                    k.rejected.publisher.publisher_id == rejection->publisher_id;
+           });
+}
+
 void TopModel::on_process(const process_t& m, Stamp arrival) {
+  note_process(m, arrival);
   NodeState* const n = node(m.node);
   if (n == nullptr) return;
   TopView::Node& f = n->metrics;
@@ -125,6 +170,7 @@ void TopModel::on_process(const process_t& m, Stamp arrival) {
   n->start = from_utime(bounded(m.start_utime));
   n->cpu_us.add(arrival, m.cpu_us);
   f.pid = m.pid;
+  f.publisher = {m.run_id, m.publisher_id, 0};
   f.rss_kb = m.rss_kb;
   f.heap_kb = m.heap_kb;
   f.descriptors = m.descriptors;
@@ -148,7 +194,7 @@ void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
   f.missed = m.missed;
   f.degrade_level = m.degrade_level;
   for (const input_account_t& in : m.input) {
-    const std::string channel = printable(in.channel);
+    const std::string channel = printable(in.channel.substr(0, kMaxChannel));
     if (n->inputs.count(channel) == 0 && n->inputs.size() >= kMaxInputs) continue;
     InputState& state = n->inputs[channel];
     state.metrics.channel = channel;
@@ -163,7 +209,15 @@ void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
 }
 
 void TopModel::on_event(const event_t& m, Stamp arrival) {
-  events_.push_front({arrival, m});
+  note_rejection(m, arrival);
+  // Not the message itself, whose texts may have any length.
+  event_t kept{};
+  kept.node = printable(m.node.substr(0, kMaxName));
+  kept.severity = m.severity;
+  kept.code = printable(m.code.substr(0, kMaxChannel));
+  kept.text = printable(m.text);
+  kept.repeated = m.repeated;
+  events_.push_front({arrival, std::move(kept)});
   if (events_.size() > kMaxEvents) events_.pop_back();
 }
 
@@ -256,12 +310,35 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
   for (const Received<event_t>& e : events_) {
     const std::optional<Duration> of_run =
         run_start ? std::optional<Duration>(e.arrival - *run_start) : std::nullopt;
-    view.events.push_back({now - e.arrival, of_run, printable(e.message.node), e.message.severity,
-                           printable(e.message.code), printable(e.message.text),
-                           e.message.repeated});
+    view.events.push_back({now - e.arrival, of_run, e.message.node, e.message.severity,
+                           e.message.code, e.message.text, e.message.repeated});
   }
   view.malformed = malformed_;
+  view_processes(now, &view);
   return view;
+}
+
+void TopModel::view_processes(Stamp now, TopView* view) const {
+  for (const KnownProcess& k : processes_) {
+    if (now - k.arrival < kSilent) view->processes.push_back(k.process);
+  }
+  std::sort(view->processes.begin(), view->processes.end(),
+            [](const TopView::Process& a, const TopView::Process& b) {
+              return a.node != b.node ? a.node < b.node
+                                      : a.publisher.publisher_id < b.publisher.publisher_id;
+            });
+  for (const KnownRejection& k : rejections_) {
+    if (now - k.arrival >= kRejectedFor) continue;
+    TopView::Rejected rejected = k.rejected;
+    const auto process = std::find_if(
+        view->processes.begin(), view->processes.end(), [&](const TopView::Process& p) {
+          // 0: a program that does not set the id.
+          return p.publisher.publisher_id == rejected.publisher.publisher_id &&
+                 p.publisher.publisher_id != 0;
+        });
+    if (process != view->processes.end()) rejected.process = *process;
+    view->rejected.push_back(std::move(rejected));
+  }
 }
 
 }  // namespace rcs::evaluation

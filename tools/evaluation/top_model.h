@@ -18,6 +18,7 @@
 #include "lcmtypes/rcs/routes_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
+#include "rcs/node/bus/publisher.h"
 #include "tools/evaluation/received.h"
 
 namespace rcs::evaluation {
@@ -58,6 +59,7 @@ struct TopView {
     std::optional<Duration> received;  ///< since its last process_t; nullopt: none received
     bool alive = false;
     std::int64_t pid = 0;
+    Publisher publisher;  ///< with pid: of the newest process_t of this name
     Duration up{};
     std::optional<double> cpu_percent;
     std::int64_t rss_kb = 0;
@@ -76,6 +78,19 @@ struct TopView {
     std::int64_t missed = 0;
     std::int8_t degrade_level = 0;
     std::vector<Input> inputs;
+  };
+  /// A program that publishes <NAME>_PROCESS and is alive. Two of one name are two processes.
+  struct Process {
+    std::string node;
+    std::int64_t pid = 0;
+    Publisher publisher;
+  };
+  /// A publisher whose messages a node rejects (event publisher.rejected).
+  struct Rejected {
+    std::string channel;
+    std::string by;  ///< node
+    Publisher publisher;
+    std::optional<Process> process;  ///< nullopt: it publishes no process_t
   };
   struct Nav {
     Duration received{};
@@ -145,8 +160,10 @@ struct TopView {
     std::string text;
     std::int64_t repeated = 0;
   };
-  std::vector<Node> nodes;     ///< by name
-  std::int64_t now_utime = 0;  ///< wall clock; 0: unknown
+  std::vector<Node> nodes;         ///< by name
+  std::vector<Process> processes;  ///< by name and publisher
+  std::vector<Rejected> rejected;  ///< within the last TopModel::kRejectedFor
+  std::int64_t now_utime = 0;      ///< wall clock; 0: unknown
   std::optional<Nav> nav;
   std::optional<Integrity> integrity;
   std::optional<Fix> fix;
@@ -157,8 +174,8 @@ struct TopView {
   std::map<std::string, std::int64_t> malformed;  ///< messages by channel, as subscribed
 };
 
-/// Messages are not assumed valid: texts are sanitized, the numbers of nodes, inputs and events are
-/// bounded.
+/// Messages are not assumed valid: texts are cut and sanitized, the numbers of nodes, processes,
+/// inputs and events are bounded.
 class TopModel {
  public:
   static constexpr Duration kWindow = std::chrono::seconds(5);
@@ -166,6 +183,10 @@ class TopModel {
   static constexpr std::size_t kMaxNodes = 16;
   static constexpr std::size_t kMaxInputs = 16;
   static constexpr std::size_t kMaxEvents = 50;
+  static constexpr std::size_t kMaxProcesses = 32;
+  static constexpr std::size_t kMaxRejected = 16;
+  /// The event is published every 5 s while the messages are received.
+  static constexpr Duration kRejectedFor = std::chrono::seconds(15);
 
   void on_process(const process_t& m, Stamp arrival);
   void on_cycle(const cycle_t& m, Stamp arrival);
@@ -176,6 +197,7 @@ class TopModel {
   void on_status(const status_t& m, Stamp arrival);
   void on_mission(const status_t& m, Stamp arrival);
   void on_routes(const routes_t& m, Stamp arrival);
+  /// @param channel  as subscribed
   void on_malformed(std::string_view channel) { ++malformed_[std::string(channel)]; }
 
   /// @param now_utime  wall clock at `now`; 0: unknown
@@ -204,9 +226,23 @@ class TopModel {
     std::map<std::string, InputState> inputs;
   };
   NodeState* node(std::string_view name);
+  void note_process(const process_t& m, Stamp arrival);
+  void note_rejection(const event_t& m, Stamp arrival);
+  void view_processes(Stamp now, TopView* view) const;
   void view_work(NodeState* n) const;
 
+  struct KnownProcess {
+    TopView::Process process;
+    Stamp arrival;
+  };
+  struct KnownRejection {
+    TopView::Rejected rejected;
+    Stamp arrival;
+  };
+
   std::map<std::string, NodeState> nodes_;
+  std::vector<KnownProcess> processes_;
+  std::vector<KnownRejection> rejections_;
   std::deque<Received<event_t>> events_;  // newest first
   std::optional<Received<nav_state_t>> nav_;
   std::optional<Received<integrity_t>> integrity_;

@@ -2,7 +2,8 @@
 // Selects from the messages of the bus what the audit log contains: commands, stops and releases
 // with their issuers, queries, the events of operators, commands and stops (refusals included),
 // each change of the status that BG, or the mission, reports of a command, and commands that it
-// does not echo. One JSON object is one line.
+// does not echo. One JSON object is one line. Commands and queries of an issuer are limited in rate
+// (issuer_limit.h); stops, releases, refusals, events and changes of the status are not.
 
 #include <array>
 #include <cstddef>
@@ -18,6 +19,7 @@
 #include "lcmtypes/rcs/path_query_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
+#include "tools/recorder/issuer_limit.h"
 
 namespace rcs::recorder {
 
@@ -25,6 +27,12 @@ class AuditTrail {
  public:
   /// BG echoes a command that it accepts in its next status, 50 ms later.
   static constexpr Duration kEchoWithin = std::chrono::seconds(2);
+  /// Between two lines about commands that were not listed.
+  static constexpr Duration kReportEvery = std::chrono::seconds(5);
+  /// Characters of a name; the rest is cut.
+  static constexpr std::size_t kMaxName = 64;
+  /// Characters of a text, e.g. of a reason.
+  static constexpr std::size_t kMaxText = 1000;
 
   /// The first line of a recorder: what was published before is not in the log.
   [[nodiscard]] static std::string begin_line(Stamp wall, std::string_view bus);
@@ -57,11 +65,18 @@ class AuditTrail {
   void on_event(Stamp wall, std::string_view channel);
   void on_status(Stamp wall, std::string_view channel);
   void report_unconfirmed(Stamp wall);
+  void report_unlisted(Stamp wall);
+  template <class T>
+  [[nodiscard]] bool read(const std::uint8_t* data, std::size_t size, T* message);
   [[nodiscard]] bool is_new(const std::string& key, const Identity& identity);
 
-  std::map<std::string, Identity> newest_;  // by channel, kind and issuer
+  // Of issuers with a limit of their own, and of stops and releases; by channel, kind and issuer.
+  std::map<std::string, Identity> newest_;
   std::map<std::pair<std::string, std::string>, Unconfirmed> unconfirmed_;  // by status, issuer
   std::array<std::string, 2> status_keys_;  // of the last status line of BG, of the mission
+  IssuerLimit limit_;
+  std::int64_t too_large_ = 0;  // messages since they were reported
+  Stamp unlisted_reported_ = Stamp::min();
   std::vector<std::string> lines_;
 
   command_t command_{};

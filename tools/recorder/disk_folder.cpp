@@ -10,10 +10,11 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <system_error>
 #include <vector>
+
+#include "rcs/base/durable_folder.h"
 
 namespace rcs::recorder {
 namespace {
@@ -43,25 +44,6 @@ struct CloseDirectory {
   void operator()(DIR* directory) const { (void)closedir(directory); }
 };
 
-/// Creates the folder and those above it. A new folder survives a power failure when the folder
-/// above is on the disk.
-std::error_code make_folders(const std::string& path) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  std::vector<fs::path> above_new;
-  const fs::path whole = fs::absolute(path, error).lexically_normal();
-  for (fs::path p = whole; !fs::exists(p, error) && p.has_relative_path(); p = p.parent_path()) {
-    above_new.push_back(p.parent_path());
-  }
-  fs::create_directories(whole, error);
-  if (error) return error;
-  for (const fs::path& p : above_new) {
-    const FileHandle folder(::open(p.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (!folder.valid() || fsync(folder.get()) != 0) return {errno, std::generic_category()};
-  }
-  return {};
-}
-
 Error folder_error(const std::string& path, int code) {
   return {fmt::format("{}: cannot record to this folder: {}", path, std::strerror(code))};
 }
@@ -69,7 +51,7 @@ Error folder_error(const std::string& path, int code) {
 }  // namespace
 
 Result<std::unique_ptr<DiskFolder>> DiskFolder::open(const std::string& path) {
-  if (const std::error_code error = make_folders(path); error) {
+  if (const std::error_code error = make_durable_folder(path); error) {
     return folder_error(path, error.value());
   }
   FileHandle folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

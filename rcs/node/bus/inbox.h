@@ -15,6 +15,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
 #include "rcs/node/bus/channel_owner.h"
+#include "rcs/node/bus/message_size.h"
 
 namespace rcs {
 
@@ -33,17 +34,21 @@ class InboxBase : public Receiver {
     std::int64_t rejected = 0;          ///< of another publisher than the owner of the channel
     Publisher rejected_of;              ///< of the newest of them
     Stamp rejected_at = Stamp::min();   ///< its arrival
+    std::int64_t owner_changes = 0;     ///< another publisher became the owner of the channel
+    Publisher owner_before;             ///< of the newest change
+    Duration owner_silent{};            ///< how long that one had been silent then
 
     /// Time since the last arrival, in node time; -1 us: none yet.
     [[nodiscard]] Duration age(Stamp now) const {
       return received == 0 ? Duration(-1) : now - last_arrival;
     }
   };
-  /// Larger messages are rejected unread; all messages of this system are below 200 kB.
-  static constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 20;
+  /// The largest limit of all types; that of a type is kMaxEncodedBytes.
+  static constexpr std::size_t kMaxMessageBytes = kMaxEncodedBytes<map_patch_t>;
 
   [[nodiscard]] std::string_view channel() const { return channel_; }
   [[nodiscard]] const Account& account() const { return account_; }
+  [[nodiscard]] bool has_owner() const { return owner_.known(); }
   [[nodiscard]] const Publisher& owner() const { return owner_.owner(); }
   /// A message of another publisher was rejected within this time.
   [[nodiscard]] bool contested(Stamp now, Duration within) const {
@@ -92,12 +97,21 @@ class InboxBase : public Receiver {
       ++account_.repeated;
       return false;
     }
-    if (owner_.accept(from, arrival)) seen_ = 0;
+    const Publisher before = owner_.owner();
+    if (owner_.accept(from, arrival)) {
+      seen_ = 0;
+      if (owner_.exclusive()) note_change(before, arrival);
+    }
     return true;
   }
   /// Several superiors without an id cannot be distinguished, and each has numbers of its own.
   [[nodiscard]] bool numbered(const Publisher& from) const {
     return !is_command_ || from.publisher_id != 0;
+  }
+  void note_change(const Publisher& before, Stamp arrival) {
+    ++account_.owner_changes;
+    account_.owner_before = before;
+    account_.owner_silent = arrival - account_.last_arrival;
   }
   [[nodiscard]] bool is_copy(std::int64_t seq, Stamp utime) const;
   void commit(std::size_t slot, Stamp arrival, std::int64_t seq, Stamp utime);
@@ -196,7 +210,7 @@ class Inbox final : public InboxBase {
 
  private:
   bool decode(const std::uint8_t* data, std::size_t size) noexcept {
-    if (size > kMaxMessageBytes) return false;
+    if (size > kMaxEncodedBytes<T>) return false;
     try {
       return scratch_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
     } catch (const std::bad_alloc&) {

@@ -1,6 +1,7 @@
 #include "rcs/node/bus/publisher.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/random.h>
 #include <unistd.h>
 
@@ -34,6 +35,8 @@ std::int64_t boot_id() {
   const ssize_t n = file.valid() ? read(file.get(), text.data(), text.size()) : 0;
   return id_of({text.data(), static_cast<std::size_t>(std::max<ssize_t>(n, 0))});
 }
+
+std::string id_text(std::int64_t id) { return fmt::format("{:x}", static_cast<std::uint64_t>(id)); }
 
 bool is_supervised() { return given_run_id() > 0; }
 

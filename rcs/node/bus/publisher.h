@@ -3,6 +3,7 @@
 // recording among live messages, and a node of another run.
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace rcs {
@@ -29,6 +30,9 @@ struct Publisher {
 [[nodiscard]] std::int64_t random_id();
 /// Of the running operating system: another one after a restart of the computer.
 [[nodiscard]] std::int64_t boot_id();
+
+/// An id of a run or a publisher for people and documents: hexadecimal, "5b3c1d2e4f607182".
+[[nodiscard]] std::string id_text(std::int64_t id);
 
 /// `rcs up` passes the run's id to its nodes in this variable.
 inline constexpr char kRunIdVariable[] = "RCS_RUN_ID";

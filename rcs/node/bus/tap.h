@@ -10,6 +10,7 @@
 
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
+#include "rcs/node/bus/message_size.h"
 
 namespace rcs {
 
@@ -19,7 +20,8 @@ template <class T>
 class Tap final : public Receiver {
  public:
   using Take = std::function<void(const T&, Stamp arrival)>;
-  /// @param malformed  called instead for a message that is not of the type; may be empty
+  /// @param malformed  called instead for a message that is not of the type, or larger than
+  ///                   kMaxEncodedBytes; may be empty
   Tap(Bus* bus, std::string_view channel, Take take, std::function<void()> malformed = {})
       : take_(std::move(take)), malformed_(std::move(malformed)) {
     bus->subscribe(channel, this);
@@ -29,7 +31,7 @@ class Tap final : public Receiver {
   ~Tap() = default;
 
   void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
-    if (decodes(data, static_cast<int>(size))) {
+    if (size <= kMaxEncodedBytes<T> && decodes(data, static_cast<int>(size))) {
       take_(message_, arrival);
     } else if (malformed_) {
       malformed_();

@@ -117,21 +117,24 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   return status ? kExitOk : fail(name, status.error());
 }
 
-int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory,
+                  const NodeFactory& for_check) {
   CLI::App app;
   NodeOptions options;
   add_node_options(name, &app, &options);
   if (const auto ended = command_line::parse(&app, argc, argv)) {
     return command_line::print(*ended);
   }
-  return options.check ? check(name, options, factory) : run_live(name, options, factory);
+  if (!options.check) return run_live(name, options, factory);
+  return check(name, options, for_check ? for_check : factory);
 }
 
 }  // namespace
 
-int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory,
+              const NodeFactory& for_check) {
   try {
-    return parse_and_run(argc, argv, name, factory);
+    return parse_and_run(argc, argv, name, factory, for_check);
   } catch (const std::bad_alloc&) {
     return fail(name, Error{"out of memory"});
   } catch (const std::exception& e) {

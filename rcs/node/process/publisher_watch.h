@@ -1,10 +1,13 @@
 #pragma once
-// Reports second publishers of a node's channels. Live only.
+// Reports second publishers of a node's channels, and changes of their owners. Live only.
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/node.h"
 #include "rcs/node/report.h"
@@ -33,9 +36,13 @@ class PublisherWatch final : public Node {
   };
   struct Watched {
     const InboxBase* inbox;
-    std::int64_t reported = 0;  ///< rejected messages
+    Report changes;
+    std::int64_t reported_changes = 0;  ///< of the owner
+    std::int64_t reported = 0;          ///< rejected messages
     std::vector<Stranger> strangers;
   };
+  void report_change(Watched* watched, Stamp now);
+  void report_rejection(Watched* watched, Stamp now);
   /// Of a publisher of the channel; further ones than kStrangers share one.
   Report* report_of(Watched* watched, const Publisher& stranger);
 
@@ -47,5 +54,15 @@ class PublisherWatch final : public Node {
   PeriodicClock clock_{kPeriod};
   std::vector<Watched> watched_;
 };
+
+/// What an event publisher.rejected states.
+struct Rejection {
+  std::string_view channel;
+  std::int64_t publisher_id = 0;
+  std::int64_t run_id = 0;
+};
+/// @param m  an event of any code; it must outlive the result
+/// @return nullopt: another event
+[[nodiscard]] std::optional<Rejection> rejection_of(const event_t& m);
 
 }  // namespace rcs

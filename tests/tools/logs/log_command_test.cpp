@@ -24,7 +24,9 @@ class LogCommand : public RcsCommand {
     Stamp stamp = kBegin;
     for (const channel::Info& c : channel::kAll) {
       (void)channel::with_type_of(c.name, [&](const auto* type) {
-        const std::remove_const_t<std::remove_pointer_t<decltype(type)>> message{};
+        std::remove_const_t<std::remove_pointer_t<decltype(type)>> message{};
+        message.run_id = 0x2c;
+        message.publisher_id = 0x5b3c1d2e4f607182;
         std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
         (void)message.encode(bytes.data(), 0, message.getEncodedSize());
         EXPECT_TRUE(writer->write(stamp, c.name, bytes.data(), bytes.size()).ok());
@@ -51,6 +53,7 @@ TEST_F(LogCommand, InfoListAndCsvKnowEveryChannel) {
     ASSERT_NE(at, std::string::npos) << c.name;
     EXPECT_THAT(info.substr(at + 1, info.find('\n', at + 1) - at), Not(HasSubstr("not a channel")));
     EXPECT_THAT(list, HasSubstr(std::string(" ") + c.name + " "));
+    EXPECT_THAT(list, testing::ContainsRegex(std::string(" ") + c.name + " .* 5b3c1d2e4f607182\n"));
     EXPECT_EQ(rcs("log csv " + log_ + " --channel " + c.name), 0) << c.name << messages();
     EXPECT_THAT(out(), HasSubstr("log_utime,utime,")) << c.name;
   }
@@ -61,6 +64,12 @@ TEST_F(LogCommand, InfoListAndCsvKnowEveryChannel) {
       EXPECT_LE(line.size(), 100U) << line;
     }
   }
+}
+
+TEST_F(LogCommand, ListNamesThePublisherOfEveryMessage) {
+  EXPECT_EQ(rcs("log list --json " + log_), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("\"publisher_id\":\"5b3c1d2e4f607182\",\"run_id\":\"2c\""));
+  EXPECT_THAT(out(), testing::ContainsRegex("CAMERA.*\"publisher_id\":null,\"run_id\":null"));
 }
 
 }  // namespace

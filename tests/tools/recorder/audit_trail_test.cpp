@@ -3,8 +3,12 @@
 #include "tools/recorder/audit_trail.h"
 
 #include <gmock/gmock.h>
+#include <malloc.h>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "lcmtypes/channels.h"
 
@@ -67,7 +71,8 @@ TEST(AuditTrail, ACommandIsOneLineHoweverOftenItIsSent) {
   EXPECT_EQ(first[0]["issuer"], "alice");
   EXPECT_EQ(first[0]["kind"], "GOTO");
   EXPECT_EQ(first[0]["serial"], 5);
-  EXPECT_EQ(first[0]["publisher_id"], 77);
+  EXPECT_EQ(first[0]["publisher_id"], "4d") << "hexadecimal, as in the texts of events";
+  EXPECT_EQ(first[0]["run_id"], "0");
   EXPECT_TRUE(lines(&trail, channel::kBgCommand, command("alice", 5)).empty());
   EXPECT_EQ(lines(&trail, channel::kBgCommand, command("alice", 6)).size(), 1U);
   EXPECT_EQ(lines(&trail, channel::kBgCommand, command("bob", 6)).size(), 1U);
@@ -154,11 +159,118 @@ TEST(AuditTrail, NamesFromTheBusCannotChangeTheFormat) {
   const std::vector<std::uint8_t> garbage(40, 0xEE);
   EXPECT_TRUE(trail.on_message(kWall, channel::kBgCommand, garbage.data(), garbage.size()).empty());
   EXPECT_TRUE(trail.on_message(kWall, "X_EVENT", garbage.data(), garbage.size()).empty());
-  // Ever new names: the memory is bounded, and no command is left out.
-  for (int k = 0; k < 5000; ++k) {
-    const std::string name = "issuer" + std::to_string(k);
-    EXPECT_EQ(lines(&trail, channel::kBgCommand, command(name.c_str(), 1)).size(), 1U);
+}
+
+std::size_t heap_bytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
+
+TEST(AuditTrail, FloodsOfLongNamesTakeNoMemory) {
+  AuditTrail trail;
+  (void)lines(&trail, channel::kBgCommand, command("alice", 1));
+  const std::string padding(60'000, 'x');
+  std::vector<std::uint8_t> bytes;
+  const auto send = [&](command_t m, int k) {
+    bytes.resize(static_cast<std::size_t>(m.getEncodedSize()));
+    (void)m.encode(bytes.data(), 0, m.getEncodedSize());
+    std::size_t most = 0;
+    for (const std::string& line : trail.on_message(kWall + k * from_milliseconds(1.0),
+                                                    channel::kBgStop, bytes.data(), bytes.size())) {
+      most = std::max(most, line.size());
+    }
+    return most;
+  };
+  const std::size_t before = heap_bytes();
+  std::size_t longest = 0;
+  for (int k = 0; k < 3000; ++k) {
+    // Half of them stops, which are listed whoever sends them.
+    const std::int8_t kind = k % 2 == 0 ? command_t::KIND_EMERGENCY_STOP : command_t::KIND_GOTO;
+    const std::string issuer = std::to_string(k) + padding;
+    longest = std::max(longest, send(command(issuer.c_str(), k, kind), k));
   }
+  EXPECT_LT(heap_bytes(), before + (std::size_t{2} << 20));
+  EXPECT_GT(longest, 200U);
+  EXPECT_LT(longest, 600U);
+}
+
+TEST(AuditTrail, MessagesThatNoNodeAcceptsAreCounted) {
+  AuditTrail trail;
+  const std::string issuer(std::size_t{1} << 20, 'x');
+  const std::size_t before = heap_bytes();
+  for (int k = 0; k < 20; ++k) {
+    const auto listed = lines(&trail, channel::kBgCommand, command(issuer.c_str(), k));
+    EXPECT_EQ(listed.size(), k == 1 ? 1U : 0U) << "the first one is reported with the next message";
+  }
+  EXPECT_LT(heap_bytes(), before + (std::size_t{1} << 18));
+  const auto later =
+      lines(&trail, channel::kBgStatus, status("", 0, "IDLE"), AuditTrail::kReportEvery);
+  ASSERT_EQ(later.size(), 2U);
+  EXPECT_EQ(later[0]["type"], "not_listed");
+  EXPECT_EQ(later[0]["text"], "19 messages not listed: larger than 64 kB");
+}
+
+TEST(AuditTrail, AFloodOfCommandsDisplacesNothing) {
+  AuditTrail trail;
+  std::size_t bytes = 0;
+  std::map<std::string, int> types;
+  std::int64_t not_listed = 0;
+  const auto send = [&](const char* channel, const auto& m, double at_s) {
+    for (const json& line : lines(&trail, channel, m, from_seconds(at_s))) {
+      bytes += line.dump().size() + 1;
+      ++types[line["type"].get<std::string>()];
+      if (line["type"] != "not_listed") continue;
+      EXPECT_EQ(line["issuer"], "mallory");
+      not_listed += line["messages"].get<std::int64_t>();
+    }
+  };
+  // 20 s of 1000 commands per second; without a limit 7 MB.
+  for (int k = 0; k < 20'000; ++k) {
+    const double t = 0.001 * k;
+    send(channel::kBgCommand, command("mallory", k + 1), t);
+    if (k % 1000 != 500) continue;
+    const int n = k / 1000;
+    send(channel::kBgStop, command("operator", n, command_t::KIND_EMERGENCY_STOP), t);
+    send(channel::kBgStop, command("operator", n, command_t::KIND_RELEASE), t);
+    // Of the issuer of the flood, too.
+    send(channel::kBgCommand, command("mallory", k + 1, command_t::KIND_EMERGENCY_STOP), t);
+    send(channel::kBgStatus, status("operator", n, n % 2 == 0 ? "DRIVING" : "EMERGENCY_STOP"), t);
+    send(channel::kGatewayEvent, event_of("command.rejected", "not authorized"), t);
+    send(channel::kGatewayEvent, event_of("stop.engaged", "by operator"), t);
+  }
+  send(channel::kBgStatus, status("operator", 0, "IDLE"), 30.0);
+  EXPECT_EQ(types["command"] + not_listed, 20'000 + 3 * 20);
+  EXPECT_LE(types["command"], IssuerLimit::kBurst + 41 + 3 * 20);
+  EXPECT_EQ(types["status"], 21);
+  EXPECT_EQ(types["event"], 20);
+  EXPECT_GE(types["refusal"], 20 + 9) << "of the gateway, and one per 2 s of what BG did not echo";
+  EXPECT_LE(types["not_listed"], 6);
+  EXPECT_LT(bytes, 300'000U);
+}
+
+TEST(AuditTrail, EverNewNamesDisplaceNothing) {
+  AuditTrail trail;
+  (void)lines(&trail, channel::kBgCommand, command("operator", 1));
+  std::size_t n = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    const Duration at = from_milliseconds(1.0 * k);
+    const std::string name = "issuer" + std::to_string(k);
+    n += lines(&trail, channel::kBgCommand, command(name.c_str(), 1), at).size();
+    if (k % 2000 != 0) continue;
+    EXPECT_EQ(lines(&trail, channel::kBgCommand, command("operator", 2 + k), at)[0]["issuer"],
+              "operator");
+    EXPECT_TRUE(lines(&trail, channel::kBgCommand, command("operator", 2 + k), at).empty());
+  }
+  EXPECT_LT(n, 500U);
+  const auto later = lines(&trail, channel::kBgStatus, status("", 0, "IDLE"), from_seconds(40.0));
+  bool counted = false;
+  for (const json& line : later) {
+    counted = counted || (line["type"] == "not_listed" &&
+                          line["text"].get<std::string>().find(
+                              "commands or queries of further issuers not listed: more than 2 per "
+                              "second") != std::string::npos);
+  }
+  EXPECT_TRUE(counted);
 }
 
 TEST(AuditTrail, ContainsTasksOfTheMissionAndSecondPublishers) {

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -143,6 +145,91 @@ TEST(TopScreen, ShowsTheMessagesOfASecondPublisher) {
   model.on_cycle(c, stamp_at(1.0));
   EXPECT_THAT(text_of(&model, stamp_at(1.0)), HasSubstr("rej 4"));
   EXPECT_EQ(to_json(model.view(stamp_at(1.0)))["nodes"][0]["inputs"][0]["rejected"], 4);
+}
+
+process_t process_of(const std::string& node, std::int32_t pid, std::int64_t publisher) {
+  process_t m = process(node, 1.0);
+  m.pid = pid;
+  m.run_id = 0x2c;
+  m.publisher_id = publisher;
+  return m;
+}
+
+event_t rejection(const std::string& by, const std::string& channel, const std::string& publisher) {
+  event_t m{};
+  m.node = by;
+  m.severity = event_t::SEVERITY_ERROR;
+  m.code = "publisher.rejected";
+  m.text = channel + ": messages of publisher " + publisher +
+           " (run 2c) rejected, 3 so far; the channel belongs to publisher 1 (run 2c)";
+  return m;
+}
+
+TEST(TopScreen, ShowsTheProcessesAndTheirPublisherIds) {
+  evaluation::TopModel model;
+  model.on_process(process_of("wm", 501, 0x5b3c1d2e4f607182), stamp_at(1.0));
+  model.on_process(process_of("wm", 77, 0xa1), stamp_at(1.0));
+  model.on_process(process_of("sp", 500, 0xff00), stamp_at(1.0));
+  EXPECT_THAT(text_of(&model, stamp_at(1.5)),
+              HasSubstr("processes: process id, publisher id\n"
+                        "sp          500  ff00                   wm           77  a1\n"
+                        "wm          501  5b3c1d2e4f607182\n"));
+  const nlohmann::ordered_json json = to_json(model.view(stamp_at(1.5)));
+  EXPECT_EQ(json["nodes"][0]["publisher_id"], "ff00");
+  EXPECT_EQ(json["nodes"][0]["run_id"], "2c");
+  ASSERT_EQ(json["processes"].size(), 3U);
+  EXPECT_EQ(json["processes"][2]["pid"], 501);
+  EXPECT_EQ(json["processes"][2]["publisher_id"], "5b3c1d2e4f607182");
+  EXPECT_TRUE(json["rejected"].empty());
+  // Ended.
+  EXPECT_TRUE(model.view(stamp_at(5.0)).processes.empty());
+}
+
+TEST(TopScreen, NamesTheProcessOfARejectedPublisher) {
+  evaluation::TopModel model;
+  model.on_process(process_of("wm", 501, 0x1), stamp_at(1.0));
+  model.on_process(process_of("wm", 77, 0xa1), stamp_at(1.0));
+  model.on_event(rejection("bg", "WM_NAV_STATE", "a1"), stamp_at(1.0));
+  model.on_event(rejection("wm", "INS", "3039"), stamp_at(1.0));
+  const std::string text = text_of(&model, stamp_at(1.5));
+  EXPECT_THAT(text, HasSubstr("bg rejects WM_NAV_STATE of publisher a1: process 77 (wm)\n"
+                              "wm rejects INS of publisher 3039: no process message\n"
+                              "processes: process id, publisher id\n"));
+  EXPECT_LT(text.find("processes:"), text.find("events, newest first"));
+  const nlohmann::ordered_json json = to_json(model.view(stamp_at(1.5)));
+  ASSERT_EQ(json["rejected"].size(), 2U);
+  EXPECT_EQ(json["rejected"][0]["channel"], "WM_NAV_STATE");
+  EXPECT_EQ(json["rejected"][0]["rejected_by"], "bg");
+  EXPECT_EQ(json["rejected"][0]["process"]["pid"], 77);
+  EXPECT_EQ(json["rejected"][1]["publisher_id"], "3039");
+  EXPECT_TRUE(json["rejected"][1]["process"].is_null());
+  EXPECT_TRUE(model.view(stamp_at(60.0)).rejected.empty()) << "no event for long";
+}
+
+TEST(TopModel, FloodsOfLongTextsAndEverNewProcessesKeepNoMemory) {
+  evaluation::TopModel model;
+  model.on_process(process_of("wm", 501, 0x1), stamp_at(1.0));
+  const std::string text(std::size_t{1} << 20, 'x');
+  const auto heap_bytes = [] {
+    const struct mallinfo2 heap = mallinfo2();
+    return heap.uordblks + heap.hblkhd;
+  };
+  const std::size_t before = heap_bytes();
+  for (int k = 0; k < 200; ++k) {
+    process_t p = process_of(text, k, 100 + k);
+    p.note = p.config = text;
+    model.on_process(p, stamp_at(1.0));
+    model.on_event(rejection(text, std::to_string(k) + text, "a" + std::to_string(k)),
+                   stamp_at(1.0));
+    cycle_t c = cycle("wm", 1.0, 1);
+    c.input[0].channel = std::to_string(k) + text;
+    model.on_cycle(c, stamp_at(1.0));
+  }
+  EXPECT_LT(heap_bytes(), before + (std::size_t{1} << 20));
+  const evaluation::TopView view = model.view(stamp_at(1.5));
+  EXPECT_EQ(view.processes.size(), evaluation::TopModel::kMaxProcesses);
+  EXPECT_EQ(view.processes.front().node, "wm") << "displaced by ever new ones";
+  EXPECT_EQ(view.rejected.size(), evaluation::TopModel::kMaxRejected);
 }
 
 TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
@@ -314,8 +401,12 @@ TEST(TopScreen, AVehicleFits80ColumnsAnd24Rows) {
   status.state = "EMERGENCY_STOP";
   status.issuer = "operator";
   model.on_status(status, stamp_at(kNow_s));
-  const std::vector<TopLine> lines = top_lines(model.view(stamp_at(kNow_s)));
-  EXPECT_LT(lines.size(), 24U) << plain_text(lines);
+  std::vector<TopLine> lines = top_lines(model.view(stamp_at(kNow_s)));
+  // The processes come last: a window of 24 rows states how many lines are missing.
+  const auto processes = std::find_if(lines.begin(), lines.end(), [](const TopLine& line) {
+    return line.text.compare(0, 10, "processes:") == 0;
+  });
+  EXPECT_LT(processes - lines.begin(), 24) << plain_text(lines);
   for (const TopLine& line : lines) EXPECT_LE(line.text.size(), 80U) << line.text;
 }
 

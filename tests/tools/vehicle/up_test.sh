@@ -45,6 +45,15 @@ start() {
 }
 
 "$bin/rcs" up --check "$config" >"$dir/check.txt" 2>&1 || fail "--check of $config"
+grep -q note: "$dir/check.txt" && fail "a note about a folder that can be written"
+[ -e "$dir/state" ] && fail "--check has created the state directory"
+# A user who cannot write there can check the configuration nevertheless.
+{ cat "$config"; printf '[process]\nstate_directory = "%s/check.txt/state"\n' "$dir"; } >"$dir/other.toml"
+"$bin/rcs" up --check "$dir/other.toml" >"$dir/check2.txt" 2>&1 || fail "--check without write permission"
+grep -q "note: cannot write to the folder $dir/check.txt/state: Not a directory.*user that runs the vehicle" \
+  "$dir/check2.txt" || fail "no note about a folder that cannot be written"
+"$bin/rcs" up "$dir/other.toml" 2>"$dir/start2.txt"
+[ $? -eq 3 ] || fail "started without a folder for stops"
 { cat "$config"; printf '[process.wm]\nrealtime_priority = 100\n'; } >"$dir/bad.toml"
 "$bin/rcs" up "$dir/bad.toml" 2>"$dir/bad.txt" && fail "a bad configuration was started"
 grep -q 'bad.toml:[0-9]*: \[process.wm\] realtime_priority = 100: not in \[0, 98\]' \
@@ -124,7 +133,7 @@ rm -r "$dir/state"
 
 # A vehicle that cannot latch stops does not start.
 { cat "$config"; printf '[process]\nstate_directory = "/proc/nowhere"\n'; } >"$dir/nowhere.toml"
-"$bin/rcs" up --check "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "started without a folder for stops"
+"$bin/rcs" up --force "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "started without a folder for stops"
 grep -q 'set \[process\] state_directory' "$dir/nowhere.txt" || fail "the missing key is not named"
 
 

@@ -6,6 +6,7 @@
 
 #include "lcmtypes/channels.h"
 #include "rcs/base/printable.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/time_text.h"
 #include "tools/rcs/command.h"
@@ -137,6 +138,21 @@ int log_info(const std::string& path, bool json) {
   return health.good() && health.events > 0 ? kExitOk : kExitNegative;
 }
 
+/// The ids of the publisher, which follow the head in every type of this system.
+/// @param head  of the event
+/// @return nullopt if the message has none
+std::optional<Publisher> publisher_of(const LogEvent& event,
+                                      const std::optional<recording::MessageHead>& head) {
+  constexpr std::size_t kAt = 24;
+  if (!head || event.data.size() < kAt + 16) return std::nullopt;
+  const auto id = [&event](std::size_t at) {
+    std::uint64_t value = 0;
+    for (std::size_t k = at; k < at + 8; ++k) value = value << 8U | event.data[k];
+    return static_cast<std::int64_t>(value);
+  };
+  return Publisher{id(kAt), id(kAt + 8), 0};
+}
+
 /// One event in a line, because a log may have millions.
 int log_list_json(const std::string& path) {
   const auto text = [](const report::Json& value) {
@@ -151,14 +167,19 @@ int log_list_json(const std::string& path) {
   const int status = for_each_event("log list", path, [&](const LogEvent& event) {
     const std::optional<recording::MessageHead> head =
         recording::read_head(event.channel, event.data);
+    const std::optional<Publisher> publisher = publisher_of(event, head);
     if (first) print_head();
-    fmt::print("{}\n{}", first ? "" : ",",
-               text({{"log_utime", to_utime(event.stamp)},
-                     {"number", event.number},
-                     {"channel", event.channel},
-                     {"bytes", event.data.size()},
-                     {"seq", head ? report::Json(head->seq) : report::Json()},
-                     {"utime", head ? report::Json(head->utime) : report::Json()}}));
+    fmt::print(
+        "{}\n{}", first ? "" : ",",
+        text({{"log_utime", to_utime(event.stamp)},
+              {"number", event.number},
+              {"channel", event.channel},
+              {"bytes", event.data.size()},
+              {"seq", head ? report::Json(head->seq) : report::Json()},
+              {"utime", head ? report::Json(head->utime) : report::Json()},
+              {"publisher_id",
+               publisher ? report::Json(id_text(publisher->publisher_id)) : report::Json()},
+              {"run_id", publisher ? report::Json(id_text(publisher->run_id)) : report::Json()}}));
     first = false;
     return true;
   });
@@ -169,17 +190,19 @@ int log_list_json(const std::string& path) {
 }
 
 int log_list(const std::string& path) {
-  fmt::print("{:<12} {:>11} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "UTC", "run [s]", "event",
-             "channel", "bytes", "seq", "utime [us]");
+  fmt::print("{:<12} {:>11} {:>7} {:<18} {:>6} {:>6} {:>16} {:>16}\n", "UTC", "run [s]", "event",
+             "channel", "bytes", "seq", "utime [us]", "publisher");
   std::optional<Stamp> first;
   const int status = for_each_event("log list", path, [&first](const LogEvent& event) {
     if (!first) first = event.stamp;
     const std::optional<recording::MessageHead> head =
         recording::read_head(event.channel, event.data);
-    fmt::print("{:<12} {:11.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
+    const std::optional<Publisher> publisher = publisher_of(event, head);
+    fmt::print("{:<12} {:11.6f} {:>7} {:<18} {:>6} {:>6} {:>16} {:>16}\n",
                time_of_day(to_utime(event.stamp)), seconds(event.stamp - *first), event.number,
                printable(event.channel), event.data.size(), head ? std::to_string(head->seq) : "-",
-               head ? std::to_string(head->utime) : "-");
+               head ? std::to_string(head->utime) : "-",
+               publisher ? id_text(publisher->publisher_id) : "-");
     return true;
   });
   return status == kExitOk && !first ? no_events("log list", path) : status;
@@ -212,7 +235,7 @@ int log_csv(const std::string& path, const std::string& channel) {
       line += "\n";
     }
     line += std::to_string(to_utime(event.stamp));
-    for (const auto& [name, value] : *fields) line += "," + csv_cell(value);
+    for (const auto& [name, value] : *fields) line += "," + csv_cell(printable(value));
     fmt::print("{}\n", line);
     ++rows;
     return true;
@@ -252,7 +275,8 @@ class LogList final : public Command {
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "UTC is the time of day of the stamp of the log, run [s] the time since its first event;\n"
-        "utime [us] is the time in the message: sensor time (arbitrary epoch) or node time.\n"
+        "utime [us] is the time in the message: sensor time (arbitrary epoch) or node time;\n"
+        "publisher is the hexadecimal id of the process, as in events and `rcs top`.\n"
         "Example:  rcs log list run.log | head");
   }
   int run() override { return json_ ? log_list_json(log_) : log_list(log_); }

@@ -9,10 +9,19 @@
 #include <cstddef>
 #include <cstring>
 
+#include "rcs/node/bus/bus_exposure.h"
+#include "rcs/node/bus/bus_url.h"
+
 namespace rcs::cli {
 
+std::string bus_name(const std::string& bus_url) {
+  const BusAddress address = parse_bus_address(bus_url);
+  return address.udp ? fmt::format("{}{}:{}", kUdp, address.group, address.port)
+                     : bus_url.substr(0, bus_url.find('?'));
+}
+
 Result<RunLock> RunLock::take(const std::string& bus_url) {
-  const std::string bus = bus_url.substr(0, bus_url.find('?'));
+  const std::string bus = bus_name(bus_url);
   FileHandle socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!socket.valid()) return Error{fmt::format("no socket: {}", std::strerror(errno))};
   sockaddr_un address{};

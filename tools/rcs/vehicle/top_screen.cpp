@@ -10,6 +10,7 @@
 #include "lcmtypes/message_names.h"
 #include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/base/linear.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/time_text.h"
 
 namespace rcs::cli {
@@ -121,6 +122,33 @@ void append_inputs(const evaluation::TopView& view, std::vector<TopLine>* lines)
     lines->push_back(
         {fmt::format("{:<{}}{}", inputs[k].text, kHalf, inputs[k + 1].text), inputs[k].style});
     ++k;
+  }
+}
+
+/// Two a line.
+void append_processes(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  if (view.processes.empty()) return;
+  lines->push_back({"processes: process id, publisher id", Style::kHead});
+  for (std::size_t k = 0; k < view.processes.size(); ++k) {
+    const evaluation::TopView::Process& p = view.processes[k];
+    const std::string cell =
+        fmt::format("{:<7} {:>7}  {}", p.node, p.pid, id_text(p.publisher.publisher_id));
+    if (k % 2 == 0) {
+      lines->push_back({cell});
+    } else {
+      lines->back().text = fmt::format("{:<40}{}", lines->back().text, cell);
+    }
+  }
+}
+
+void append_rejected(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  for (const evaluation::TopView::Rejected& r : view.rejected) {
+    const std::string process =
+        r.process ? fmt::format("process {} ({})", r.process->pid, r.process->node)
+                  : std::string("no process message");
+    lines->push_back({fmt::format("{} rejects {} of publisher {}: {}", r.by, r.channel,
+                                  id_text(r.publisher.publisher_id), process),
+                      Style::kAlarm});
   }
 }
 
@@ -262,6 +290,8 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
           {"alive", n.alive},
           {"age_ms", json_ms(n.received)},
           {"pid", n.pid},
+          {"publisher_id", id_text(n.publisher.publisher_id)},
+          {"run_id", id_text(n.publisher.run_id)},
           {"up_s", seconds(n.up)},
           {"rate_hz", json_number(n.account_hz)},
           {"used_p50_ms", json_ms(n.used_p50)},
@@ -279,6 +309,21 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
           {"memory_locked", n.memory_locked},
           {"note", n.note},
           {"inputs", inputs}};
+}
+
+nlohmann::ordered_json json_process(const evaluation::TopView::Process& p) {
+  return {{"node", p.node},
+          {"pid", p.pid},
+          {"publisher_id", id_text(p.publisher.publisher_id)},
+          {"run_id", id_text(p.publisher.run_id)}};
+}
+
+nlohmann::ordered_json json_rejected(const evaluation::TopView::Rejected& r) {
+  return {{"channel", r.channel},
+          {"rejected_by", r.by},
+          {"publisher_id", id_text(r.publisher.publisher_id)},
+          {"run_id", id_text(r.publisher.run_id)},
+          {"process", r.process ? json_process(*r.process) : nlohmann::ordered_json()}};
 }
 
 nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
@@ -332,6 +377,10 @@ std::vector<TopLine> top_lines(const evaluation::TopView& view) {
   if (view.mission) append_mission(view, &lines);
   if (view.status) append_bg(*view.status, &lines);
   if (!view.nodes.empty()) append_nodes(view, &lines);
+  // With a second publisher they are part of what the operator needs at once.
+  const bool second = !view.rejected.empty();
+  append_rejected(view, &lines);
+  if (second) append_processes(view, &lines);
   for (const auto& [channel, count] : view.malformed) {
     lines.push_back(
         {fmt::format("{}: {} messages cannot be decoded, possibly another version of the type",
@@ -341,6 +390,7 @@ std::vector<TopLine> top_lines(const evaluation::TopView& view) {
   if (!view.events.empty()) lines.push_back({"events, newest first", Style::kHead});
   append_events(view, 0, kNewest, &lines);
   append_inputs(view, &lines);
+  if (!second) append_processes(view, &lines);
   if (view.events.size() > kNewest) lines.push_back({"older events", Style::kHead});
   append_events(view, kNewest, view.events.size(), &lines);
   return lines;
@@ -371,8 +421,16 @@ std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& siz
 
 nlohmann::ordered_json to_json(const evaluation::TopView& view) {
   nlohmann::ordered_json out = {{"nodes", nlohmann::ordered_json::array()},
+                                {"processes", nlohmann::ordered_json::array()},
+                                {"rejected", nlohmann::ordered_json::array()},
                                 {"malformed", view.malformed}};
   for (const evaluation::TopView::Node& n : view.nodes) out["nodes"].push_back(json_node(n));
+  for (const evaluation::TopView::Process& p : view.processes) {
+    out["processes"].push_back(json_process(p));
+  }
+  for (const evaluation::TopView::Rejected& r : view.rejected) {
+    out["rejected"].push_back(json_rejected(r));
+  }
   if (view.nav) out["nav"] = json_nav(*view.nav);
   if (view.status) out["bg"] = json_status(*view.status);
   if (view.mission) out["mission"] = json_status(*view.mission);

@@ -21,11 +21,13 @@
 #include "rcs/node/bus/bus_options.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/params/params.h"
 #include "rcs/node/process/checkpoint_memory.h"
 #include "rcs/node/process/process.h"
 #include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
+#include "rcs/node/stop_file.h"
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/files.h"
@@ -54,6 +56,8 @@ constexpr Duration kListen = from_seconds(1.6);
 constexpr std::size_t kStrangers = 16;
 /// Maximum number of messages delivered in a row.
 constexpr int kMaxMessages = 1000;
+/// Of each channel: every message is read before the next one is delivered.
+constexpr std::size_t kWaiting = 4;
 
 /// One node: its process, if running, and its heartbeat.
 struct Watched {
@@ -61,8 +65,8 @@ struct Watched {
       : name(n),
         command(std::move(c)),
         prefix("[" + n + "] "),
-        alive(bus, channel_of(n, "PROCESS"), kMaxMessages),  // none displaces a heartbeat
-        accounts(bus, channel_of(n, "CYCLE"), 64) {}
+        alive(bus, channel_of(n, "PROCESS"), kWaiting),
+        accounts(bus, channel_of(n, "CYCLE"), kWaiting) {}
 
   std::string name;
   ProcessCommand command;
@@ -75,6 +79,9 @@ struct Watched {
   std::set<int> pids;       ///< processes started here
   std::set<int> strangers;  ///< other processes that publish under its name, at most kStrangers
 };
+
+/// A text from the bus as it is printed on a terminal.
+std::string shown(std::string_view text) { return printable_line(text.substr(0, 200)); }
 
 /// Waits for readable data or until `until`.
 void wait(std::vector<pollfd>* polled, Stamp until, Stamp now) {
@@ -99,7 +106,7 @@ class Up final : public Command {
     add_bus_option(app(), &lcm_url_);
     CLI::Option* check = app()->add_flag(
         "--check", check_,
-        "only check CONFIG with each node; start nothing. Status 1 if it is invalid");
+        "only check CONFIG with each node; start and create nothing. Status 1 if it is invalid");
     app()->add_flag("--json", json_, "print the result of --check as JSON")->needs(check);
     app()->add_flag("--force", force_, "start even if nodes of these names run on the bus");
     app()
@@ -140,8 +147,8 @@ class Up final : public Command {
   [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
   /// Prints the result of --check. @return exit status
   [[nodiscard]] int print_check(const std::vector<std::string>& nodes, const Outcome& good) const;
-  [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
-                                            const std::vector<std::string>& nodes);
+  [[nodiscard]] Outcome report_latched_stop(const ParamFile& file);
+  [[nodiscard]] Outcome examine_latch(const ParamFile& file);
   [[nodiscard]] Outcome keep_copy(const ParamFile& params);
   [[nodiscard]] Outcome make_checkpoint(const ParamFile& params);
   [[nodiscard]] Outcome add_processes(const ParamFile& file, const ProcessTables& tables);
@@ -204,7 +211,9 @@ int Up::run() {
 
   const StopSignals stop;
   Outcome good = check_all(*tables, stop);
-  if (good) good = report_latched_stop(*params, nodes);
+  if (good && std::find(nodes.begin(), nodes.end(), "bg") != nodes.end()) {
+    good = check_ ? examine_latch(*params) : report_latched_stop(*params);
+  }
   if (check_) return print_check(nodes, good);
   if (!good) return fail(kUpName, good.error());
   // A reader of the messages may end (`rcs up ... | head`): the vehicle goes on.
@@ -316,8 +325,7 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
 }
 
 /// BG latches emergency stops in a file that it reads at its start.
-Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::string>& nodes) {
-  if (std::find(nodes.begin(), nodes.end(), "bg") == nodes.end()) return Done{};
+Outcome Up::report_latched_stop(const ParamFile& file) {
   const Result<StopLatch> latch = open_stop_latch(file);
   if (!latch) return latch.error();
   if (latch->engaged()) {
@@ -325,6 +333,23 @@ Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::st
         fmt::format("an emergency stop is latched ({}; {}): the vehicle does not move until it is "
                     "released at rest: rcs go --release",
                     latch->cause(), latch->path()));
+  }
+  return Done{};
+}
+
+/// For --check: it creates nothing, and another user than that of the vehicle may run it.
+Outcome Up::examine_latch(const ParamFile& file) {
+  const Result<std::string> path = stop_latch_path(file);
+  if (!path) return path.error();
+  if (const Outcome writable = examine_stop_folder(*path); !writable) {
+    print(
+        fmt::format("note: {}. Emergency stops are latched there: the user that runs the vehicle "
+                    "(`rcs up`, or User= of rcs.service) must be able to write to it",
+                    writable.error().message));
+    return Done{};
+  }
+  if (!read_stop_file(*path).stops.empty()) {
+    print(fmt::format("note: an emergency stop is latched ({})", *path));
   }
   return Done{};
 }
@@ -372,7 +397,7 @@ Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
         return Error{fmt::format(
             "{} is already alive on {}: process {}, configuration {}. Two nodes of one name would "
             "both publish. Stop that one first (or use --force).",
-            node.name, bus_->url(), seen->pid, seen->config)};
+            node.name, bus_->url(), seen->pid, shown(seen->config))};
       }
     }
     if (step == Timeline::Step::kReached) return Done{};
@@ -418,9 +443,10 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
 }
 
 void Up::deliver(Stamp now) {
-  for (int i = 0; i < kMaxMessages && bus_->deliver_one(now); ++i) {
+  // Each is read at once: no number of messages of others displaces a heartbeat.
+  for (int k = 0; k < kMaxMessages && bus_->deliver_one(now); ++k) {
+    for (std::size_t i = 0; i < nodes_.size(); ++i) read_heartbeats(i, now);
   }
-  for (std::size_t i = 0; i < nodes_.size(); ++i) read_heartbeats(i, now);
 }
 
 void Up::read_heartbeats(std::size_t i, Stamp now) {
@@ -435,10 +461,11 @@ void Up::read_heartbeats(std::size_t i, Stamp now) {
       if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
     } else if (node.pids.count(seen->pid) == 0 && node.strangers.size() < kStrangers &&
                node.strangers.insert(seen->pid).second) {
-      print(fmt::format("another {} publishes on this bus: process {}, configuration {}{}",
-                        node.name, seen->pid,
-                        printable_line(std::string_view(seen->config).substr(0, 200)),
-                        node.strangers.size() == kStrangers ? "; further ones are not named" : ""));
+      print(
+          fmt::format("another {} publishes on this bus: process {}, publisher {}, "
+                      "configuration {}{}",
+                      node.name, seen->pid, id_text(seen->publisher_id), shown(seen->config),
+                      node.strangers.size() == kStrangers ? "; further ones are not named" : ""));
     }
   }
 }
