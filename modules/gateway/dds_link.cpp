@@ -9,6 +9,7 @@
 
 #include "modules/gateway/operator_commands.h"
 #include "rcs/dds/log.h"
+#include "rcs/node/timeline/live_timeline.h"
 
 namespace rcs::gateway {
 namespace {
@@ -43,21 +44,8 @@ constexpr KeyFile kKeyFiles[] = {
     {"dds.sec.access.permissions", "permissions.p7s"},
 };
 
-/// Whoever reads the private key is the vehicle for all operators. Credentials of systemd are
-/// readable by the group of the service.
-Outcome check_private(const std::filesystem::path& key) {
-  using std::filesystem::perms;
-  std::error_code failed;
-  const perms mode = std::filesystem::status(key, failed).permissions();
-  const perms too_much = mode & (perms::others_all | perms::group_write | perms::group_exec);
-  if (!failed && too_much == perms::none) return Done{};
-  return Error{
-      fmt::format("{}: mode {:04o} allows others to read or to change the private key: "
-                  "chmod 600 {}",
-                  key.string(), static_cast<unsigned>(mode & perms::mask), key.string())};
-}
-
-Outcome set_security(dds_qos_t* qos, const std::string& keys) {
+/// Its files were read by read_identity().
+void set_security(dds_qos_t* qos, const std::filesystem::path& keys, bool has_revocations) {
   for (const Plugin& p : kPlugins) {
     const std::string library = fmt::format("dds.sec.{}.library.", p.service);
     dds_qset_prop(qos, (library + "path").c_str(),
@@ -67,23 +55,25 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
                   fmt::format("finalize_{}", p.function).c_str());
   }
   for (const KeyFile& k : kKeyFiles) {
-    const std::filesystem::path path = std::filesystem::path(keys) / k.file;
-    std::error_code failed;
-    if (!std::filesystem::is_regular_file(path, failed)) {
-      return Error{
-          fmt::format("{}: missing or not readable; [gateway.security] directory must be the "
-                      "folder of one identity made by `rcs keys`",
-                      path.string())};
-    }
-    dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
+    dds_qset_prop(qos, k.property, ("file:" + (keys / k.file).string()).c_str());
   }
-  // `rcs keys --revoke` makes the list; without one nothing is revoked.
-  const std::filesystem::path revoked = std::filesystem::path(keys) / "crl.pem";
-  std::error_code failed;
-  if (std::filesystem::exists(revoked, failed)) {
-    dds_qset_prop(qos, "org.eclipse.cyclonedds.sec.auth.crl", ("file:" + revoked.string()).c_str());
+  if (!has_revocations) return;
+  dds_qset_prop(qos, "org.eclipse.cyclonedds.sec.auth.crl",
+                ("file:" + (keys / "crl.pem").string()).c_str());
+}
+
+/// DDS rejects an identity whose validity has ended, but does not name the file.
+Result<dds::Identity> valid_identity(const std::string& keys, const std::string& vehicle) {
+  Result<dds::Identity> identity = dds::read_identity(keys);
+  if (!identity) {
+    return Error{"[gateway.security] directory: " + identity.error().message};
   }
-  return check_private(std::filesystem::path(keys) / "key.pem");
+  const dds::Validity& validity = identity->validity;
+  const std::int64_t now = wall_utime();
+  if (now < validity.end_utime) return identity;
+  return Error{fmt::format("{}: expired at {}, and the clock of this computer is at {}: {}",
+                           validity.path, dds::end_text(validity), dds::end_text({"", now}),
+                           dds::renewal_text(validity, vehicle))};
 }
 
 Error failure(std::string_view what, dds_return_t code) {
@@ -168,7 +158,10 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
   const Qos participant_qos = make_qos();
   dds_qset_entity_name(participant_qos.get(), vehicle.c_str());
   if (!params.keys.empty()) {
-    if (Outcome set = set_security(participant_qos.get(), params.keys); !set) return set.error();
+    const Result<dds::Identity> identity = valid_identity(params.keys, vehicle);
+    if (!identity) return identity.error();
+    set_security(participant_qos.get(), params.keys, identity->revoked.has_value());
+    link->identity_ = *identity;
   }
   link->participant_ = dds::Entity(dds_create_participant(domain, participant_qos.get(), nullptr));
   const dds_entity_t participant = link->participant_.get();

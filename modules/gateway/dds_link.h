@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "modules/gateway/taken_samples.h"
 #include "rcs/base/result.h"
 #include "rcs/dds/entity.h"
+#include "rcs/dds/identity.h"
 #include "vehicle.h"
 
 namespace rcs::gateway {
@@ -45,6 +47,8 @@ class DdsLink {
   [[nodiscard]] std::string partition_of(const Commands& samples, std::size_t i) const;
   [[nodiscard]] std::string partition_of(const Stops& samples, std::size_t i);
 
+  /// As read at the start; empty: unsecured.
+  [[nodiscard]] const std::optional<dds::Identity>& identity() const { return identity_; }
   [[nodiscard]] std::int64_t write_failures() const { return write_failures_; }
 
  private:
@@ -52,6 +56,7 @@ class DdsLink {
   static bool admits(const void* sample, const dds_sample_info_t* info, void* link);
   void update_writers();
 
+  std::optional<dds::Identity> identity_;
   std::mutex mutex_;  // of admission_, which a thread of DDS calls; outlives the entities below
   StopAdmission admission_;
   std::uint32_t writers_changed_ = 0;

@@ -11,6 +11,7 @@
 #include "modules/gateway/sample_conversion.h"
 #include "rcs/node/budget.h"
 #include "rcs/node/stop_latch.h"
+#include "rcs/node/timeline/live_timeline.h"
 
 namespace rcs::gateway {
 namespace {
@@ -46,7 +47,8 @@ const T* take_newest(Inbox<T>* inbox) {
 GatewayNode::NodeInbox::NodeInbox(Bus* bus, std::string_view node)
     : cycles(bus, channel_of(node, "CYCLE"), 16), processes(bus, channel_of(node, "PROCESS"), 2) {}
 
-GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus)
+GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus,
+                         IdentityReport::WallClock wall_clock)
     : config_(config),
       clock_(config.period),
       state_clock_(config.state_period),
@@ -56,6 +58,9 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       report_(bus, config.info.name, kReportInterval),
       table_(table_names(config), config.node_status),
       arbiter_(config.arbiter) {
+  if (dds_->identity()) {
+    identity_.emplace(dds_->identity()->validity, config.vehicle, wall_clock);
+  }
   if (config.arbiter.limits.tasks) {
     mission_.emplace(bus, channel::kMissionCommand, channel::kBgStop, channel::kMissionStatus,
                      kSelf, config.mission_port);
@@ -97,6 +102,7 @@ void GatewayNode::run(const Cycle& cycle) {
     state_clock_.advance(cycle.wakeup);
     send_state(now);
   }
+  if (identity_) identity_->update(now, &report_);
   describe_self(now);
   send_status(now);
   cycle.stages->mark("send");
@@ -111,9 +117,13 @@ void GatewayNode::report_start(Stamp now) {
                     "DDS without keys: everyone on {} can command {}",
                     config_.dds.network.interface, config_.vehicle);
   } else {
-    report_.publish(now, event::kGatewaySecured,
-                    "DDS secured: {} uses interface {} with the keys in {}", config_.vehicle,
-                    config_.dds.network.interface, config_.dds.keys);
+    const std::optional<int>& revoked = dds_->identity()->revoked;
+    report_.publish(
+        now, event::kGatewaySecured,
+        "DDS secured: {} uses interface {} with the keys in {}; {}; valid until {}",
+        config_.vehicle, config_.dds.network.interface, config_.dds.keys,
+        revoked ? fmt::format("{} revoked in crl.pem", *revoked) : "no revocation list (crl.pem)",
+        dds::end_text(dds_->identity()->validity));
   }
 }
 
@@ -352,10 +362,13 @@ void GatewayNode::describe_self(Stamp now) {
   if (!arbiter_.operator_id().empty()) {
     facts.state += fmt::format(" {} {}", arbiter_.operator_id(), arbiter_.command_id());
   }
-  facts.reason = arbiter_.phase() == CommandArbiter::Phase::kFailed ? failure_ : "";
-  if (refused_ == 0) return;
-  if (!facts.reason.empty()) facts.reason += "; ";
-  facts.reason += fmt::format("{} rejected, last: {}", refused_, last_refusal_);
+  facts.reason = identity_ ? identity_->note() : "";  // first, because a long reason is cut
+  const auto add = [&facts](const std::string& text) {
+    if (!facts.reason.empty()) facts.reason += "; ";
+    facts.reason += text;
+  };
+  if (arbiter_.phase() == CommandArbiter::Phase::kFailed) add(failure_);
+  if (refused_ > 0) add(fmt::format("{} rejected, last: {}", refused_, last_refusal_));
 }
 
 void GatewayNode::send_status(Stamp now) {
@@ -377,7 +390,8 @@ Result<std::unique_ptr<Node>> make_gateway_node(const ParamFile& file, Bus* bus)
   if (!config) return config.error();
   Result<std::unique_ptr<DdsLink>> dds = DdsLink::open(config->dds, config->vehicle);
   if (!dds) return dds.error();
-  return std::unique_ptr<Node>(std::make_unique<GatewayNode>(*config, std::move(dds).value(), bus));
+  return std::unique_ptr<Node>(
+      std::make_unique<GatewayNode>(*config, std::move(dds).value(), bus, wall_utime));
 }
 
 }  // namespace rcs::gateway

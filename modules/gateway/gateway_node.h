@@ -14,6 +14,7 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "modules/gateway/dds_link.h"
 #include "modules/gateway/gateway_config.h"
+#include "modules/gateway/identity_node.h"
 #include "modules/gateway/operator_stops.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/command_port.h"
@@ -23,7 +24,8 @@ namespace rcs::gateway {
 
 class GatewayNode final : public Node {
  public:
-  GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus);
+  GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus,
+              IdentityReport::WallClock wall_clock);
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -78,6 +80,7 @@ class GatewayNode final : public Node {
   std::int64_t mission_received_ = 0;
   bool started_ = false;  // the start has been reported
   Stamp started_at_;
+  std::optional<IdentityReport> identity_;  // empty: unsecured
   OperatorStops stops_;
   bool adopted_ = false;  // the stops of former processes of the gateway
   CommandArbiter::Phase reported_phase_ = CommandArbiter::Phase::kIdle;

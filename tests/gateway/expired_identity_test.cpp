@@ -1,5 +1,5 @@
-// On a private bus (with_bus.sh): an operator over DDS whose certificate or permissions have
-// expired, or expire while it commands.
+// On a private bus (with_bus.sh): an operator over DDS, or a vehicle, whose certificate or
+// permissions have expired, or expire meanwhile.
 
 #include <array>
 #include <cstdio>
@@ -118,6 +118,33 @@ TEST_F(ExpiredIdentity, AnOperatorWhosePermissionsEndMeanwhileCommandsNoMore) {
   const auto alice = of("alice", {"goto", "1", "60", "20", "0"});
   EXPECT_TRUE(vehicle_.run_until([&] { return vehicle_.commands().size() > taken; }, kPatience))
       << "another operator commands";
+}
+
+TEST_F(ExpiredIdentity, AVehicleReportsTheEndOfItsKeysBeforeAndAfter) {
+  end_permissions("demo3", 25);  // a loaded computer needs a part of it to start the programs
+  start_gateway(kSecured);
+  EXPECT_TRUE(says(gateway_.get(), "dds.identity_expires")) << gateway_->output();
+  EXPECT_TRUE(gateway_->has_said("permissions.p7s expires at")) << gateway_->output();
+  const auto watch = of("alice", {"watch", "60"});
+  EXPECT_TRUE(says(watch.get(), "reason \"keys expire at 20")) << watch->output();
+  EXPECT_TRUE(says(gateway_.get(), "dds.identity_expired")) << gateway_->output();
+  vehicle_.run_for(from_seconds(1.0));  // for samples that are on their way
+  const std::size_t states = count(watch->output(), "state demo3");
+  vehicle_.run_for(kWatch);
+  EXPECT_EQ(count(watch->output(), "state demo3"), states) << "DDS has closed the connection";
+  EXPECT_LT(gateway_->status(), 0) << gateway_->output();
+}
+
+TEST_F(ExpiredIdentity, AVehicleThatHasExpiredNamesTheFileAndTheRemedyAndDoesNotStart) {
+  end_certificate("demo3");
+  const std::string config = (folder_ / "vehicle.toml").string();
+  ASSERT_TRUE(
+      tools::write_text(config, std::string("[vehicle]\nname = \"demo3\"\n") + kSecured).ok());
+  rcs::test::Program gateway({rcs::test::program_path("gateway"), config}, {});
+  ASSERT_TRUE(ends(&gateway)) << gateway.output();
+  EXPECT_EQ(gateway.status(), 3);
+  EXPECT_TRUE(gateway.has_said("keys/demo3/identity.pem: expired at ")) << gateway.output();
+  EXPECT_TRUE(gateway.has_said("`rcs keys FOLDER --renew demo3`")) << gateway.output();
 }
 
 }  // namespace

@@ -268,7 +268,12 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
     ASSERT_TRUE(made->add("bob", cli::KeyRole::kOperator).ok());
     ASSERT_TRUE(made->add("museum", cli::KeyRole::kObserver).ok());
     ASSERT_TRUE(made->add("mallory", cli::KeyRole::kOperator).ok());
+    // A revoked participant does not use a list that names itself.
+    const fs::path list = authority / "mallory/crl.pem";
+    const fs::path former = authority.string() + "_former_crl.pem";
+    fs::copy_file(list, former);
     ASSERT_TRUE(made->revoke("mallory").ok());
+    fs::copy_file(former, list, fs::copy_options::overwrite_existing);
   }
   fs::copy(keys / "museum", folder_ / "tampered", fs::copy_options::recursive);
   fs::remove(folder_ / "tampered/permissions.p7s");
@@ -279,6 +284,7 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
     std::ofstream(folder_ / "tampered/permissions.p7s") << rights;
   }
   start_gateway("[gateway.security]\ndirectory = \"keys/demo3\"\n");
+  EXPECT_TRUE(says(gateway_.get(), "1 revoked in crl.pem; valid until")) << gateway_->output();
 
   // Identities without rights run next to one with rights, so that a silent network cannot hide a
   // failure.
@@ -322,6 +328,25 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
   EXPECT_TRUE(takes(command_t::KIND_GOTO)) << gateway_->output();
   const auto bob = client({"-o", "bob", "stop", "1", "60"}, keys / "bob");
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+}
+
+TEST_F(GatewayLive, ARevokedVehicleIsRejectedByOperatorsWithTheNewList) {
+  const fs::path keys = folder_ / "keys";
+  const Result<cli::KeyFolder> made = cli::KeyFolder::open(keys.string());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_TRUE(made->add("demo3", cli::KeyRole::kVehicle).ok());
+  ASSERT_TRUE(made->add("alice", cli::KeyRole::kOperator).ok());
+  fs::copy(keys / "alice", folder_ / "former", fs::copy_options::recursive);
+  fs::remove(keys / "demo3/crl.pem");
+  start_gateway("[gateway.security]\ndirectory = \"keys/demo3\"\n");
+  EXPECT_TRUE(says(gateway_.get(), "no revocation list")) << gateway_->output();
+  ASSERT_TRUE(made->revoke("demo3").ok());
+  const auto watch = client({"watch", "10"}, keys / "alice");
+  const auto former = client({"watch", "10"}, folder_ / "former");
+  EXPECT_TRUE(says(former.get(), "state demo3")) << former->output();
+  ASSERT_TRUE(ends(watch.get()));
+  EXPECT_TRUE(watch->has_said("states 0 ")) << watch->output();
+  EXPECT_FALSE(watch->has_said("node "));
 }
 
 TEST_F(GatewayLive, WithoutKeysAndNotUnsecuredItDoesNotStart) {

@@ -32,7 +32,7 @@ TEST(KeyFolder, CreatesAuthoritiesAndIdentitiesReadableByTheirOwnerOnly) {
   ASSERT_TRUE(made.ok()) << made.error().message;
   EXPECT_TRUE(*made);
   for (const char* const file : {"identity.pem", "key.pem", "permissions.p7s", "identity_ca.pem",
-                                 "permissions_ca.pem", "governance.p7s"}) {
+                                 "permissions_ca.pem", "governance.p7s", "crl.pem"}) {
     EXPECT_TRUE(fs::exists(folder / "alice" / file)) << file;
   }
   EXPECT_EQ(contents(folder / "alice")
@@ -115,6 +115,21 @@ TEST(KeyFolder, ARevocationAlsoConcernsTheFormerCertificatesOfAnIdentity) {
   EXPECT_TRUE(done.ok()) << "again: " << done.error().message;
   EXPECT_EQ(revoked(), 3);
   EXPECT_FALSE(keys->identities()->at(1).revoked) << "of another with a longer name";
+}
+
+TEST(KeyFolder, AuthoritiesWithoutARevocationListGetItWithTheNextIdentityOrRenewal) {
+  const fs::path folder = test::fresh_folder();
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok());
+  ASSERT_TRUE(keys->add("demo3", cli::KeyRole::kVehicle).ok());
+  for (const char* const file : {"ca/crl.pem", "ca/index.txt", "demo3/crl.pem"}) {
+    ASSERT_TRUE(fs::remove(folder / file)) << file;
+  }
+  ASSERT_TRUE(keys->add("alice", cli::KeyRole::kOperator).ok());
+  EXPECT_TRUE(fs::exists(folder / "alice/crl.pem"));
+  const Outcome renewed = keys->renew("demo3", 100);
+  ASSERT_TRUE(renewed.ok()) << renewed.error().message;
+  EXPECT_TRUE(fs::exists(folder / "demo3/crl.pem"));
 }
 
 TEST(KeyFolder, AnInvalidNameOrAForeignFolderIsRejected) {

@@ -11,8 +11,8 @@
 namespace rcs {
 
 /// The computer's wall clock, which may be set. Used only for the waiting time of messages, because
-/// LCM stamps them with it (LcmBus::deliver_one), and for stamps that other systems read or write
-/// (modules/ros2_bridge).
+/// LCM stamps them with it (LcmBus::deliver_one), for stamps that other systems read or write
+/// (modules/ros2_bridge), and for the validity of keys (modules/gateway).
 [[nodiscard]] std::int64_t wall_utime();
 
 /// Ctrl-C and SIGTERM as a descriptor. Create it first: threads started later inherit the mask.

@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 constexpr char kAuthorities[] = "ca";
 constexpr int kAuthorityDays = 3650;
 constexpr char kRevocations[] = "crl.pem";
+constexpr char kRevokedIndex[] = "index.txt";
 constexpr char kIssued[] = "issued";  // certificates of each identity, by serial number
 
 // Complete, so that the openssl.cnf of the machine is not used. An identity cannot sign
@@ -286,6 +287,49 @@ Outcome certify(const fs::path& authorities, const fs::path& folder, const std::
   return sign(authorities, rights, folder / "permissions.p7s");
 }
 
+/// What `openssl ca` needs for the list of revoked certificates.
+/// @return the path of its configuration
+Result<fs::path> prepare_list(const fs::path& authorities) {
+  const Result<bool> indexed = is_there(authorities / kRevokedIndex);
+  if (!indexed) return indexed.error();
+  if (!*indexed) {
+    if (Outcome w = tools::write_text((authorities / kRevokedIndex).string(), ""); !w) {
+      return w.error();
+    }
+  }
+  std::error_code failed;
+  const fs::path absolute = fs::absolute(authorities, failed);
+  if (failed) return Error{fmt::format("{}: {}", authorities.string(), failed.message())};
+  const fs::path config = authorities / "revocation.cnf";
+  const std::string text = fmt::format(kRevocationConfig, absolute.string());
+  if (Outcome w = tools::write_text(config.string(), text); !w) return w.error();
+  return config;
+}
+
+/// Signs the list of the certificates that index.txt names as revoked; at first it is empty, so
+/// that every participant can require a list.
+Outcome make_list(const fs::path& authorities) {
+  const Result<fs::path> config = prepare_list(authorities);
+  if (!config) return config.error();
+  return run_openssl({"ca", "-config", config->string(), "-gencrl", "-out",
+                      (authorities / kRevocations).string()});
+}
+
+Outcome copy_list(const fs::path& authorities, const fs::path& folder) {
+  std::error_code failed;
+  fs::copy_file(authorities / kRevocations, folder / kRevocations,
+                fs::copy_options::overwrite_existing, failed);
+  if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
+  return Done{};
+}
+
+/// For authorities of a program that made no list before the first revocation.
+Outcome make_missing_list(const fs::path& authorities) {
+  const Result<bool> made = is_there(authorities / kRevocations);
+  if (!made) return made.error();
+  return *made ? Outcome(Done{}) : make_list(authorities);
+}
+
 /// @param index  text of index.txt: a certificate is revoked once only
 Outcome revoke_certificate(const fs::path& config, const fs::path& certificate,
                            const std::string& index) {
@@ -372,6 +416,7 @@ Outcome KeyFolder::make_authorities() const {
     if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w) {
       return w;
     }
+    if (Outcome made = make_list(folder); !made) return made;
     return sign(folder, folder / "governance.xml", folder / "governance.p7s");
   });
 }
@@ -382,11 +427,9 @@ Outcome KeyFolder::make_identity(const std::string& folder, const std::string& n
   return make_whole(folder, [&](const fs::path& made_in) -> Outcome {
     if (Outcome made = make_key(made_in / "key.pem"); !made) return made;
     if (Outcome made = certify(authorities, made_in, name, role, days); !made) return made;
+    if (Outcome made = make_missing_list(authorities); !made) return made;
     for (const char* const file :
          {"identity_ca.pem", "permissions_ca.pem", "governance.p7s", kRevocations}) {
-      const Result<bool> made = is_there(authorities / file);
-      if (!made) return made.error();
-      if (file == std::string_view(kRevocations) && !*made) continue;
       std::error_code failed;
       fs::copy_file(authorities / file, made_in / file, failed);
       if (failed) return Error{fmt::format("{}: {}", (made_in / file).string(), failed.message())};
@@ -402,10 +445,13 @@ Outcome KeyFolder::renew(const std::string& name, int days) const {
   if (!rights) return rights.error();
   const std::optional<KeyRole> role = role_in(*rights, name);
   if (!role) return Error{folder.string() + ": permissions.xml states no role of this name"};
+  const fs::path authorities = fs::path(path_) / kAuthorities;
   // Of a program that did not keep it.
-  const Result<fs::path> kept = keep(fs::path(path_) / kAuthorities, folder, name);
+  const Result<fs::path> kept = keep(authorities, folder, name);
   if (!kept) return kept.error();
-  return certify(fs::path(path_) / kAuthorities, folder, name, *role, days);
+  if (Outcome made = certify(authorities, folder, name, *role, days); !made) return made;
+  if (Outcome made = make_missing_list(authorities); !made) return made;
+  return copy_list(authorities, folder);
 }
 
 Outcome KeyFolder::revoke(const std::string& name) const {
@@ -420,37 +466,24 @@ Outcome KeyFolder::revoke(const std::string& name) const {
   }
   const PrivateFiles private_files;
   const fs::path authorities = fs::path(path_) / kAuthorities;
-  const fs::path config = authorities / "revocation.cnf";
-  const fs::path index = authorities / "index.txt";
-  const Result<bool> indexed = is_there(index);
-  if (!indexed) return indexed.error();
-  if (!*indexed) {
-    if (Outcome w = tools::write_text(index.string(), ""); !w) return w;
-  }
-  std::error_code failed;
-  const fs::path absolute = fs::absolute(authorities, failed);
-  if (failed) return Error{fmt::format("{}: {}", authorities.string(), failed.message())};
-  const std::string text = fmt::format(kRevocationConfig, absolute.string());
-  if (Outcome w = tools::write_text(config.string(), text); !w) return w;
+  const Result<fs::path> config = prepare_list(authorities);
+  if (!config) return config.error();
   const Result<fs::path> issued = keep(authorities, fs::path(path_) / name, name);
   if (!issued) return issued.error();
-  const Result<std::string> before = tools::read_text(index.string());
+  const Result<std::string> before = tools::read_text((authorities / kRevokedIndex).string());
   if (!before) return before.error();
   const Result<std::vector<fs::path>> certificates = entries_of(*issued);
   if (!certificates) return certificates.error();
   for (const fs::path& certificate : *certificates) {
-    if (Outcome revoked = revoke_certificate(config, certificate, *before); !revoked) {
+    if (Outcome revoked = revoke_certificate(*config, certificate, *before); !revoked) {
       return revoked;
     }
   }
-  const fs::path list = authorities / kRevocations;
-  Outcome made = run_openssl({"ca", "-config", config.string(), "-gencrl", "-out", list.string()});
-  if (!made) return made;
+  if (Outcome made = make_list(authorities); !made) return made;
   const Result<std::vector<fs::path>> folders = identities_in(path_);
   if (!folders) return folders.error();
   for (const fs::path& folder : *folders) {
-    fs::copy_file(list, folder / kRevocations, fs::copy_options::overwrite_existing, failed);
-    if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
+    if (Outcome copied = copy_list(authorities, folder); !copied) return copied;
   }
   return Done{};
 }
@@ -459,10 +492,10 @@ Result<std::vector<KeyIdentity>> KeyFolder::identities() const {
   std::vector<KeyIdentity> all;
   const fs::path authorities = fs::path(path_) / kAuthorities;
   std::string revoked;
-  const Result<bool> any_revoked = is_there(authorities / "index.txt");
+  const Result<bool> any_revoked = is_there(authorities / kRevokedIndex);
   if (!any_revoked) return any_revoked.error();
   if (*any_revoked) {
-    const Result<std::string> index = tools::read_text((authorities / "index.txt").string());
+    const Result<std::string> index = tools::read_text((authorities / kRevokedIndex).string());
     if (!index) return index.error();
     revoked = *index;
   }

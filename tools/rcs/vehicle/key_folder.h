@@ -3,7 +3,7 @@
 // that the identity needs, but not the private keys of the authorities. Uses the openssl program.
 //
 //   ca/      identity_ca and permissions_ca (certificates and private keys), governance
-//            crl.pem: the list of revoked certificates, once there is one
+//            crl.pem: the list of revoked certificates, empty at first
 //   NAME/    identity.pem key.pem permissions.p7s identity_ca.pem permissions_ca.pem governance.p7s
 //            crl.pem
 
@@ -45,11 +45,11 @@ class KeyFolder {
   /// @param days  validity from now
   /// @return true: created; false: existed with this role
   Result<bool> add(const std::string& name, KeyRole role, int days = kDays) const;
-  /// A new certificate and new permissions for the same key and role. The old ones stay valid until
-  /// their end.
+  /// A new certificate and new permissions for the same key and role, and the newest list of
+  /// revoked certificates. The old ones stay valid until their end.
   [[nodiscard]] Outcome renew(const std::string& name, int days) const;
-  /// Adds the certificate to the list of revoked ones, in all folders of identities. A vehicle
-  /// knows it once it has the list and its gateway has started again.
+  /// Adds the certificate to the list of revoked ones, in all folders of identities. A participant
+  /// rejects it once it has the list and its program has started again.
   [[nodiscard]] Outcome revoke(const std::string& name) const;
   /// All identities, by name.
   [[nodiscard]] Result<std::vector<KeyIdentity>> identities() const;

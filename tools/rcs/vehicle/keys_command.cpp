@@ -50,9 +50,9 @@ class Keys final : public Command {
         "its operator_id. Existing identities are kept, new ones added.\n"
         "Give the complete folder DIR/NAME to its owner. DIR/ca creates new identities: keep it\n"
         "private. All identities are listed with the end of their validity; status 1 if one has\n"
-        "expired. A renewed identity needs its files on its computer, a revoked one is rejected "
+        "expired. A renewed identity needs its files on its computer. A revoked one is rejected "
         "by\n"
-        "vehicles that have the new crl.pem.\n"
+        "the vehicles and operators that have the new crl.pem and were restarted.\n"
         "Example:\n"
         "  rcs keys keys --vehicle demo3 --operator alice --observer museum\n"
         "  rcs keys keys                    # who expires when\n"
@@ -113,8 +113,8 @@ class Keys final : public Command {
     }
     if (!revoked_.empty() && !json_) {
       fmt::print(
-          "copy crl.pem to each vehicle and restart its gateway: until then the revoked "
-          "identities are accepted\n");
+          "copy crl.pem to each vehicle, operator and observer, and restart their programs: until "
+          "then they accept the revoked identities\n");
     }
     return true;
   }
