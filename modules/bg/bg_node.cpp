@@ -88,6 +88,7 @@ void BgNode::run(const Cycle& cycle) {
   // The superior of a release learns its result before another command is in force.
   subordinate_.take(cycle.now, emergency_stop_.releasing());
   emergency_stop_.engage(subordinate_.stops(), cycle.now, &report_);
+  if (emergency_stop_.engaged()) subordinate_.end_tasks();
   take_command();
   take_nav(cycle);
   inputs_.take(cycle.now, &report_);
@@ -258,7 +259,9 @@ Facts BgNode::facts(Stamp now) const {
     f.command = kind_of(*command);
     f.command_is_new = subordinate_.is_new();
     f.command_is_valid = subordinate_.valid(now);
-    f.cannot = route_.in_other_world()
+    f.cannot = subordinate_.task_ended()
+                   ? "command rejected: an emergency stop has ended its task; give a new command"
+               : route_.in_other_world()
                    ? "command rejected: WM has begun another frame world with another datum"
                : route_.in_other_map(nav_) ? "command rejected: SP has begun another rolling map"
                                            : cannot_;
@@ -453,6 +456,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.curvature_1pm = steering_.curvature_1pm;
     if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
   }
+  if (decision.action == Action::kStop) brake_if_stopping_is_late(knows_path, cycle.now);
   // A vehicle that turns its wheels while it drives off leaves a sharp turn by up to a metre: on a
   // way back it turns them first.
   const bool at_rest = std::abs(nav_.speed_mps) < config_.decide.rest_mps;
@@ -515,8 +519,39 @@ void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
                config_.follow, config_.shape, required_m, stopping_m(max_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
-  const bool towards = direction * nav_.speed_mps > 0.0;
-  if (brakes_late_ || !towards || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
+  if (direction * nav_.speed_mps > 0.0) brake_if_late(free_m, now);
+}
+
+// Who steps in front of a vehicle that is stopping anyway needs more than its gentle deceleration.
+void BgNode::brake_if_stopping_is_late(bool knows_path, Stamp now) {
+  const bool moves = std::abs(nav_.speed_mps) > config_.decide.rest_mps;
+  if (!moves || !map_is_of_now()) return;
+  const int direction = nav_.speed_mps > 0.0 ? 1 : -1;
+  const double max_m = stopping_m(nav_.speed_mps) + 0.5;
+  const Path* path = &path_;
+  std::size_t at = at_;
+  if (!knows_path || path_.size() < 2 ||
+      path_[std::max<std::size_t>(at_, 1)].direction != direction) {
+    // Along the arc of the wheels as they were commanded last.
+    constexpr double kEach_m = 0.4;
+    Place p = place();
+    p.curvature_1pm = drive_.curvature_1pm;
+    candidate_.clear();
+    for (double s_m = 0.0; s_m < max_m; s_m += kEach_m) {
+      candidate_.push_back({p, direction, s_m, 0.0, 0.0, 0.0});
+      p = along_arc(p, direction * kEach_m);
+    }
+    path = &candidate_;
+    at = 0;
+  }
+  const double required_m = leaves_obstacle_ ? -kAnywhere_m : required_.of(clearance());
+  brake_if_late(free_way(planner_.body(), obstacles_, *path, at, place(), nav_.speed_mps, direction,
+                         config_.follow, config_.shape, required_m, max_m),
+                now);
+}
+
+void BgNode::brake_if_late(double free_m, Stamp now) {
+  if (brakes_late_ || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
   brakes_late_ = true;
   report_.publish(now, event::kBgObstacleLate, "braking from {:.1f} m/s: obstacle after {:.1f} m",
                   std::abs(nav_.speed_mps), free_m);

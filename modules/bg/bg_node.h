@@ -63,6 +63,9 @@ class BgNode final : public Node {
   /// Commands a speed from which the vehicle stops before any obstacle on its predicted way, or the
   /// brake.
   void keep_within_free_way(const Steering& steering, Stamp now);
+  /// Of a vehicle that is to stop gently: commands the brake for an obstacle that needs it.
+  void brake_if_stopping_is_late(bool knows_path, Stamp now);
+  void brake_if_late(double free_m, Stamp now);
   void drive(const Cycle& cycle, const Decision& decision);
   /// Replaces the path of a vehicle that an obstacle keeps at rest.
   void leave_way_if_held(Stamp now, bool held);

@@ -15,6 +15,7 @@ constexpr double kOn_rad = 0.5;
 // Than the vehicle can turn: the noise of the places in its sharpest turns. It then deviates from
 // the curve by some decimetres; a corner or a reversal is much sharper.
 constexpr double kSharper = 3.0;
+constexpr double kJoined_m = 3.5;  // a longer distance of two places was not driven over
 
 constexpr Duration kPatience = from_seconds(4.0);  // for an obstacle
 constexpr double kFreed_m = 0.5;
@@ -38,18 +39,29 @@ Place between(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, double
   return {p.x(), p.y(), std::atan2(first.y(), first.x()), cross / (v * v * v)};
 }
 
-/// Calls each(place) every kEach_m or less along the curve.
+/// The vehicle has driven from place `k` to the next one, which exists.
+bool joined(const std::vector<Vec2>& line, std::size_t k) {
+  return k + 1 < line.size() && (line[k + 1] - line[k]).norm() <= kJoined_m;
+}
+
+/// Calls each(place, begins) every kEach_m or less along the curve, which begins again after places
+/// that are not joined.
 template <class Each>
 void each_point(const std::vector<Vec2>& line, Each&& each) {
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    if (!joined(line, k)) continue;
+    const bool begins = k == 0 || !joined(line, k - 1);
+    const bool ends = !joined(line, k + 1);
     const Vec2& b = line[k];
     const Vec2& c = line[k + 1];
     // The ends are extended straight.
-    const Vec2 a = k > 0 ? line[k - 1] : Vec2(2.0 * b - c);
-    const Vec2 d = k + 2 < line.size() ? line[k + 2] : Vec2(2.0 * c - b);
+    const Vec2 a = begins ? Vec2(2.0 * b - c) : line[k - 1];
+    const Vec2 d = ends ? Vec2(2.0 * c - b) : line[k + 2];
     const int n = std::max(1, static_cast<int>(std::ceil((c - b).norm() / kEach_m)));
-    for (int s = 0; s < n; ++s) each(between(a, b, c, d, static_cast<double>(s) / n));
-    if (k + 2 == line.size()) each(between(a, b, c, d, 1.0));
+    for (int s = 0; s < n; ++s) {
+      each(between(a, b, c, d, static_cast<double>(s) / n), begins && s == 0);
+    }
+    if (ends) each(between(a, b, c, d, 1.0), false);
   }
 }
 
@@ -61,19 +73,22 @@ void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::
   const double free_m = 0.5 * (shape.width_m - terrain->cell_m);
   for (vj::Ground& g : terrain->ground) g.off_route_m = static_cast<float>(kFarthest_m);
   for (std::size_t k = 1; k < line.size(); ++k) {
+    const bool driven = joined(line, k - 1);
     const Vec2 low = line[k].cwiseMin(line[k - 1]) - Vec2::Constant(kFarthest_m);
     const Vec2 high = line[k].cwiseMax(line[k - 1]) + Vec2::Constant(kFarthest_m);
-    const Cell first = terrain->cell_at(low.x(), low.y());
-    const Cell last = terrain->cell_at(high.x(), high.y());
+    Cell first = terrain->cell_at(low.x(), low.y());
+    Cell last = terrain->cell_at(high.x(), high.y());
+    first = {std::max(first.i, terrain->first.i), std::max(first.j, terrain->first.j)};
+    last = {std::min(last.i, terrain->first.i + terrain->width - 1),
+            std::min(last.j, terrain->first.j + terrain->height - 1)};
     for (int j = first.j; j <= last.j; ++j) {
       for (int i = first.i; i <= last.i; ++i) {
         const Cell cell{i, j};
-        if (!terrain->contains(cell)) continue;
         vj::Ground& g = terrain->ground[terrain->index(cell)];
         const Vec2 p = terrain->cell_m * Vec2(i + 0.5, j + 0.5);
         const double off_m = distance_m(p, line[k - 1], line[k]);
         g.off_route_m = std::min(g.off_route_m, static_cast<float>(off_m));
-        if (off_m > free_m) continue;
+        if (off_m > free_m || !driven) continue;
         const bool is_low =
             g.step_m >= kStep_m && g.step_m <= static_cast<float>(weights.max_step_m);
         if (g.obstacle && !is_low) continue;
@@ -90,7 +105,7 @@ void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const 
   double nearest_m = kOn_m;
   std::size_t nearest = 0;
   std::size_t count = 0;
-  each_point(line, [&](const Place& p) {
+  each_point(line, [&](const Place& p, bool /*begins*/) {
     const double off_m = std::hypot(p.x_m - vehicle.x_m, p.y_m - vehicle.y_m);
     const double turn = std::remainder(p.heading_rad - vehicle.heading_rad, 2.0 * kPi);
     if (off_m < nearest_m && std::abs(turn) < kOn_rad) {
@@ -102,8 +117,10 @@ void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const 
   if (nearest_m >= kOn_m) return;
   std::size_t k = 0;
   bool ends = false;
-  each_point(line, [&](Place p) {
+  each_point(line, [&](Place p, bool begins) {
     if (k++ < nearest || ends) return;
+    ends = begins && !path->empty();
+    if (ends) return;
     const double s_m = path->empty()
                            ? 0.0
                            : path->back().s_m + std::hypot(p.x_m - path->back().place.x_m,

@@ -13,7 +13,8 @@ namespace rcs::bg {
 
 /// Sets Ground::off_route_m. Ground below the vehicle on its way was driven over: it is no obstacle
 /// for its slope, or for a step that the weights allow. What stands there now is higher, and an
-/// obstacle without a step is hidden ground.
+/// obstacle without a step is hidden ground. Ground between places that are more than 3.5 m apart
+/// was not driven over.
 /// @param line  in the frame of the terrain
 void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::Weights& weights,
                    vj::Terrain* terrain);
@@ -21,7 +22,8 @@ void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::
 /// The rest of the way: along a smooth curve through the places (Catmull & Rom 1974), from the
 /// point of it that is nearest to the vehicle, up to a corner or a reversal. Points without
 /// clearance and speeds; allocates nothing for up to path->capacity() points.
-/// @param line  places 1 to 3 m apart
+/// @param line  places 1 to 3 m apart; the way is interrupted between places that are more than
+///   3.5 m apart
 /// @param path  at most `most_m` long; empty if the vehicle is not on the way, or not in its
 ///   direction
 void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const Shape& shape,

@@ -54,4 +54,10 @@ class BgRoute {
 /// Places each `spacing_m` along a line, its corners and its end included; not its start.
 [[nodiscard]] std::vector<Vec2> divided(const std::vector<Vec2>& line, double spacing_m);
 
+/// The first place that is not behind a vehicle at `here`, which drives along the line from `start`
+/// through the places: the end of the part of the line that is nearest to it.
+/// @param last  place that is not behind it, at the most places.size()
+[[nodiscard]] std::size_t first_ahead(const Vec2& start, const std::vector<Vec2>& places,
+                                      std::size_t last, const Vec2& here);
+
 }  // namespace rcs::mission

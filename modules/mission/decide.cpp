@@ -17,6 +17,10 @@ Decision decide(const Facts& f, const DecideParams& p) {
   if (f.task == TaskKind::kHold) {
     return row(__LINE__, Action::kHalt, Status::kDone, "HOLDING", "");
   }
+  if (f.emergency_stop) {
+    return row(__LINE__, Action::kHalt, Status::kError, "EMERGENCY_STOP",
+               "an emergency stop is latched; it ends the task");
+  }
   if (f.task == TaskKind::kUnknown || !f.cannot.empty()) {
     return row(__LINE__, Action::kHalt, Status::kError, "REFUSED",
                f.cannot.empty() ? "command rejected: its kind is unknown" : f.cannot);
@@ -26,10 +30,6 @@ Decision decide(const Facts& f, const DecideParams& p) {
   }
 
   // -- contingencies ------------------------------------------------------------------------------
-  if (f.emergency_stop) {
-    return row(__LINE__, Action::kHalt, Status::kExecuting, "EMERGENCY_STOP",
-               "waiting because an emergency stop is latched");
-  }
   if (f.bg_age > p.bg_silence) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "BG_SILENT",
                "waiting because behavior generation is silent");
@@ -46,6 +46,25 @@ Decision decide(const Facts& f, const DecideParams& p) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "OPERATOR_LOST",
                "waiting because the task was not renewed");
   }
+
+  // -- BG cannot execute the route: the error stays until another task ----------------------------
+  const bool persists = f.bg_error_for > p.bg_patience;
+  if (f.bg_error == BgError::kRejected && f.rejected_for_good) {
+    return row(__LINE__, Action::kHalt, Status::kError, "REFUSED", f.bg_reason);
+  }
+  if (f.bg_error == BgError::kRejected) {
+    return row(__LINE__, Action::kRestart, Status::kExecuting, "PLANNING",
+               "the route begins again because behavior generation has rejected it");
+  }
+  if (f.bg_error == BgError::kZone && persists) {
+    return row(__LINE__, Action::kHalt, Status::kError, "ZONE", f.bg_reason);
+  }
+  if (f.bg_error == BgError::kNoPath && !f.bg_on_task_route && persists) {
+    return row(__LINE__, Action::kHalt, Status::kError, "BLOCKED",
+               "no path on the way back, or ahead to initialize the heading");
+  }
+
+  // -- the way back -------------------------------------------------------------------------------
   const bool may_return = f.can_return && f.own_map_level <= 1.0;
   const bool operator_returns = !f.operator_received && p.operator_loss == OperatorLoss::kReturn;
   if ((f.returning || operator_returns) && f.arrived) {
@@ -94,11 +113,12 @@ Decision decide(const Facts& f, const DecideParams& p) {
     return row(__LINE__, Action::kHalt, Status::kError, "NO_ROUTE",
                "no route exists, or none keeps the limits of the task");
   }
-  if (f.bg_no_path && f.blocked >= p.most_blocked) {
+  const bool blocked = f.bg_error == BgError::kNoPath && f.bg_on_task_route;
+  if (blocked && f.blocked >= p.most_blocked) {
     return row(__LINE__, Action::kHalt, Status::kError, "BLOCKED",
                "the routes that were tried are blocked");
   }
-  if (f.bg_no_path) {
+  if (blocked) {
     return row(__LINE__, Action::kReplan, Status::kExecuting, "PLANNING",
                "another route is searched because this one is blocked");
   }

@@ -17,6 +17,15 @@ enum class RouteState {
   kImpossible  ///< none keeps the limits, or none exists
 };
 
+/// An error that BG reports of the route that it was sent. Of its other errors, an emergency stop
+/// is a fact of its own, and an expired command is renewed.
+enum class BgError {
+  kNone,
+  kNoPath,    ///< no path is found along the route
+  kRejected,  ///< the route cannot be executed
+  kZone       ///< the vehicle is in forbidden ground or near to it, and no path leads out
+};
+
 /// What happens to the task when its operator has not renewed it.
 enum class OperatorLoss { kContinue, kHold, kReturn };
 
@@ -38,16 +47,23 @@ struct Facts {
   bool can_return = false;  ///< the way back is known
   bool returning = false;   ///< instead of the task, since an earlier cycle
   RouteState route = RouteState::kNone;
-  bool bg_no_path = false;  ///< BG has found no path along the route
-  int blocked = 0;          ///< times that this has happened for this task
-  bool arrived = false;     ///< the last place of the route
+  BgError bg_error = BgError::kNone;
+  std::string_view bg_reason;    ///< of the error
+  Duration bg_error_for{};       ///< for how long BG has reported it
+  bool bg_on_task_route = true;  ///< not on the way back, and not to initialize the heading
+  int blocked = 0;               ///< routes of this task without a path
+  /// BG has rejected a route of this task before, or executed this one: it has ended its task.
+  bool rejected_for_good = false;
+  bool arrived = false;  ///< the last place of the route of the task, or of the way back
 };
 
 struct DecideParams {
   Duration wm_silence = from_milliseconds(500.0);
   Duration bg_silence = from_milliseconds(500.0);
   Duration patience = from_seconds(10.0);  ///< above the alert limit, before the vehicle returns
-  int most_blocked = 5;                    ///< new routes because of blocked ones
+  /// In an error of BG to which there is no other route: it ends by itself, or the task fails.
+  Duration bg_patience = from_seconds(10.0);
+  int most_blocked = 5;  ///< new routes because of blocked ones
   OperatorLoss operator_loss = OperatorLoss::kContinue;
 };
 
@@ -57,6 +73,7 @@ enum class Action {
   kSearch,      ///< the same, while the route is searched
   kInitialize,  ///< BG is sent to the first place: it drives ahead until the heading is known
   kReplan,      ///< the blocked place is excluded, and the route is searched again
+  kRestart,     ///< the route that BG has rejected is dropped, and begins again
   kDrive,       ///< along the route
   kReturn,      ///< along the way back
 };
@@ -67,7 +84,7 @@ struct Decision {
   Action action = Action::kHalt;
   Status status = Status::kUninitialized;
   std::string_view state;   ///< for the superior; stable
-  std::string_view reason;  ///< literals, or Facts::cannot
+  std::string_view reason;  ///< literals, Facts::cannot or Facts::bg_reason
   int line = 0;             ///< of the row in decide.cpp
 };
 

@@ -8,14 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "lcmtypes/local_levels.h"
-#include "lcmtypes/rcs/integrity_t.hpp"
-#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "modules/mission/belief_node.h"
 #include "modules/mission/bg_route.h"
 #include "modules/mission/mission_config.h"
 #include "modules/mission/route_planner_node.h"
 #include "modules/mission/way_back.h"
-#include "rcs/node/bus/inbox.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/report.h"
 
@@ -33,11 +30,17 @@ class MissionNode final : public Node {
   [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
 
  private:
+  /// Where the places that BG is sent lead.
+  enum class Leads { kTask, kAhead, kBack };
+
+  [[nodiscard]] bool stopped() const;
   void take_task();
-  void take_nav(Stamp now);
+  void take_datum();
   /// Rejects the task if zones forbid it.
   void check_zones();
-  void note_way();
+  /// Progress and error of BG along the route that it was sent.
+  void note_bg(Stamp now);
+  void note_bg_error(const status_t& bg, Stamp now);
   [[nodiscard]] Facts facts(Stamp now);
   void act(const Decision& decision, Stamp now);
   void begin_route();
@@ -45,53 +48,50 @@ class MissionNode final : public Node {
   void begin_towards_first_place(Stamp now);
   [[nodiscard]] RoutePlanner::Query route_query() const;
   void plan(Stamp now);
+  [[nodiscard]] bool on_way_back() const;
   void begin_return(Stamp now);
+  void begin_bg_route(Leads leads, std::vector<RoutePlace> places, Stamp now);
+  /// BG's route begins again in the next cycle.
+  void drop_bg_route();
   void send(std::int8_t kind, Stamp now);
   void exclude_blocked(Stamp now);
   void publish_status(const Decision& decision, Stamp now);
   [[nodiscard]] double alert_limit_m() const;
+  [[nodiscard]] bool gps() const { return belief_.newest().gps_age <= config_.gps_loss; }
 
   MissionConfig config_;
   PeriodicClock clock_;
   Subordinate subordinate_;
   CommandPort port_;
-  Inbox<nav_state_t> nav_states_;
-  Inbox<integrity_t> integrities_;
+  BeliefInput belief_;
   RoutePlanner planner_;
   Report report_;
-
-  // the newest belief
-  Stamp nav_arrival_ = Stamp::min();
-  bool pose_valid_ = false;
-  bool world_valid_ = false;
-  Pose T_world_vehicle_;
-  Vec3 datum_ = Vec3::Zero();  // latitude, longitude [deg], height [m]
-  Breadcrumb here_;
-  double own_map_m_ = 0.0;
-  double sigma_world_m_ = 0.0;  // worst horizontal direction
-  double level_m_ = 0.0;
-  Duration gps_age_ = Duration::max();
   Stamp above_since_ = Stamp::max();
 
-  // the task
+  command_t task_{};  // as given first; its waypoints are in frame world of now
   std::string_view cannot_;
   bool zones_unchecked_ = false;
-  std::int64_t task_of_ = 0;  // command_t::task
-  std::string issuer_;
   std::size_t places_done_ = 0;
-  std::vector<std::size_t> place_ends_;  // of bg_route_: the places that are those of the task
-  std::int64_t task_ = 0;                // of the commands to BG
-  std::int8_t sent_ = -1;                // kind of the newest one
   RouteState route_state_ = RouteState::kNone;
   bool chosen_with_gps_ = true;
-  BgRoute bg_route_;
-  bool rolling_ = false;  // frame of bg_route_
-  std::int32_t epoch_ = -1;
-  bool on_way_back_ = false;   // bg_route_
-  bool to_the_start_ = false;  // its end is the start of the way
-  bool returning_ = false;     // instead of the task
   int blocked_ = 0;
+  bool rejected_ = false;   // BG has rejected a route of it
+  bool returning_ = false;  // instead of the task
   WayBack way_;
+
+  BgRoute bg_route_;
+  Leads leads_ = Leads::kTask;           // of bg_route_
+  std::vector<std::size_t> place_ends_;  // of bg_route_: the places that are those of the task
+  bool rolling_ = false;                 // frame of bg_route_
+  std::int32_t epoch_ = -1;
+  bool to_the_start_ = false;  // the end of bg_route_ is the start of the way
+  std::int64_t bg_task_ = 0;   // of the commands to BG
+  std::int8_t sent_ = -1;      // kind of the newest one
+  bool executed_ = false;      // BG has not rejected bg_route_
+  BgError bg_error_ = BgError::kNone;
+  std::string bg_reason_;
+  Stamp bg_error_since_{};
+  Duration bg_error_for_{};
   std::string_view reported_state_;
 };
 

@@ -137,9 +137,17 @@ void RouteMap::block(const Vec2& p_map, double radius_m) {
   const Cell high = cell_at(p_map + Vec2::Constant(radius_m));
   for (int j = std::max(low.j, 0); j <= std::min(high.j, height_ - 1); ++j) {
     for (int i = std::max(low.i, 0); i <= std::min(high.i, width_ - 1); ++i) {
-      if ((centre({i, j}) - p_map).norm() <= radius_m) cost_[index({i, j})] = kNever;
+      float& cost = cost_[index({i, j})];
+      if ((centre({i, j}) - p_map).norm() > radius_m || cost == kNever) continue;
+      blocked_.push_back({index({i, j}), cost});
+      cost = kNever;
     }
   }
+}
+
+void RouteMap::unblock() {
+  for (const Blocked& b : blocked_) cost_[b.cell] = b.cost;
+  blocked_.clear();
 }
 
 }  // namespace rcs::mission

@@ -67,6 +67,8 @@ class RouteMap {
 
   /// What was found to be impassable, e.g. where BG found no path.
   void block(const Vec2& p_map, double radius_m);
+  /// Nothing of that remains.
+  void unblock();
 
   static constexpr float kNever = std::numeric_limits<float>::infinity();
 
@@ -83,7 +85,12 @@ class RouteMap {
   Vec2 low_m_ = Vec2::Zero();
   int width_ = 0;
   int height_ = 0;
+  struct Blocked {
+    std::size_t cell;
+    float cost;  // without the block
+  };
   std::vector<float> cost_;
+  std::vector<Blocked> blocked_;
   std::vector<float> poverty_;
   std::vector<float> by_zones_;  // factor of the cost
   ZoneRaster raster_;

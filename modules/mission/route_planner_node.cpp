@@ -10,6 +10,9 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "modules/mission/belief_node.h"
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
 
 namespace rcs::mission {
 namespace {
@@ -36,11 +39,36 @@ std::int8_t message_verdict(Verdict verdict) {
   return route_t::VERDICT_PENDING;
 }
 
-LocalFrame frame_at(const Vec3& datum_deg) {
-  return LocalFrame({radians(datum_deg.x()), radians(datum_deg.y()), {datum_deg.z()}});
+/// The tiles of all levels.
+Area area_of(const MapIndex& index) {
+  constexpr double kFar_m = 1e9;
+  Area area{Vec2::Constant(kFar_m), Vec2::Constant(-kFar_m)};
+  for (const MapLevelIndex& level : index.levels) {
+    const double tile_m = level.level.cell_m * kTileSide;
+    for (const MapTileEntry& tile : level.tiles) {
+      const Vec2 low = level.level.origin_m + tile_m * Vec2(tile.tile.i, tile.tile.j);
+      area.low_m = area.low_m.cwiseMin(low);
+      area.high_m = area.high_m.cwiseMax(low + Vec2::Constant(tile_m));
+    }
+  }
+  return area;
 }
 
 }  // namespace
+
+Result<std::optional<RouteGround>> load_ground(const MissionConfig& config) {
+  std::optional<RouteGround> ground;
+  if (config.prior.map.empty()) return ground;
+  const Result<MapFolder> folder = MapFolder::open(config.prior.map);
+  if (!folder) return folder.error();
+  const Result<ElevationMap> map = ElevationMap::load(config.prior.map, config.map_memory_bytes);
+  if (!map) return map.error();
+  if (Outcome fits = check_frame(map->frame(), config.prior.reference_frame); !fits) {
+    return Error{config.prior.map + ": " + fits.error().message};
+  }
+  ground.emplace(RouteGround{RouteMap(*map, area_of(folder->index()), config.map), map->datum()});
+  return ground;
+}
 
 RoutePlanner::RoutePlanner(const MissionConfig& config, Bus* bus, std::optional<RouteGround> ground)
     : config_(config),
@@ -89,7 +117,13 @@ std::string_view RoutePlanner::objection(const command_t& task) {
   return "";
 }
 
+void RoutePlanner::begin_task() {
+  stop();
+  if (ground_) map().unblock();
+}
+
 void RoutePlanner::begin(const Query& query) {
+  done_ = query.done;
   places_ = {to_map(query.from)};
   for (std::size_t k = query.done; k < query.task.waypoint.size(); ++k) {
     places_.push_back(to_map(from_message(query.task.waypoint[k].p_m)));
@@ -158,19 +192,33 @@ RoutePlanner::State RoutePlanner::step(const Query& query, bool gps, Stamp now, 
 }
 
 TaskRoute RoutePlanner::route_of(const Candidate& candidate, const Query& query) const {
+  const std::vector<waypoint_t>& wanted = query.task.waypoint;
+  const auto is_at = [&](const Vec2& p_map, std::size_t waypoint) {
+    constexpr double kSame_m = 0.1;
+    return waypoint < wanted.size() &&
+           (from_message(wanted[waypoint].p_m).head<2>() - to_world(p_map)).norm() < kSame_m;
+  };
+  // The line leads through all waypoints that were not done when the search began.
+  const Vec2 here = to_map(query.from);
+  const std::vector<Vec2> places = divided(candidate.line, config_.spacing_m);
+  std::size_t next = done_;
+  std::size_t first = places.size();  // the next waypoint of the task
+  for (std::size_t k = 0; k < places.size() && first == places.size(); ++k) {
+    if (!is_at(places[k], next)) continue;
+    if (next == query.done) first = k;
+    ++next;
+  }
+  first = first_ahead(candidate.line.front(), places, first, here);
+
   TaskRoute route;
-  std::size_t next = query.done;
-  for (const Vec2& p_map : divided(candidate.line, config_.spacing_m)) {
-    const Vec2 p = to_world(p_map);
+  next = query.done;
+  for (std::size_t k = first; k < places.size(); ++k) {
+    const Vec2 p = to_world(places[k]);
     RoutePlace place{Vec3(p.x(), p.y(), 0.0), config_.corridor_m};
-    if (next < query.task.waypoint.size()) {
-      const waypoint_t& wanted = query.task.waypoint[next];
-      const Vec3 at = from_message(wanted.p_m);
-      if ((at.head<2>() - p).norm() < 0.1) {
-        place = {at, wanted.radius_m};
-        route.ends.push_back(route.places.size() + 1);
-        ++next;
-      }
+    if (is_at(places[k], next)) {
+      place = {from_message(wanted[next].p_m), wanted[next].radius_m};
+      route.ends.push_back(route.places.size() + 1);
+      ++next;
     }
     route.places.push_back(place);
   }

@@ -34,6 +34,9 @@ struct TaskRoute {
   std::vector<std::size_t> ends;  ///< of the waypoints of the task: one past their place
 };
 
+/// The a priori map of the configuration; absent: none.
+[[nodiscard]] Result<std::optional<RouteGround>> load_ground(const MissionConfig& config);
+
 class RoutePlanner {
  public:
   /// What is searched.
@@ -58,6 +61,8 @@ class RoutePlanner {
   /// Why zones forbid a task; empty: they do not. Valid until the next call.
   [[nodiscard]] std::string_view objection(const command_t& task);
 
+  /// Another task: the ground that was blocked for the last one may be free.
+  void begin_task();
   void begin(const Query& query);
   void stop() { state_ = State::kIdle; }
   [[nodiscard]] bool searching() const { return state_ == State::kSearching; }
@@ -69,7 +74,7 @@ class RoutePlanner {
   /// @param route  set with kChosen
   State step(const Query& query, bool gps, Stamp now, TaskRoute* route);
 
-  /// BG found no path there: routes avoid it from now on.
+  /// BG found no path there: routes of this task avoid it.
   void block(const Vec3& p_world, double radius_m);
 
   /// Of the last choice, for the event.
@@ -84,6 +89,7 @@ class RoutePlanner {
   void begin_search();
   void ask(const Candidate& candidate, Stamp now);
   void publish(const Query& query, bool gps, Stamp now);
+  /// The rest of a route for a vehicle that has driven on since the search began.
   [[nodiscard]] TaskRoute route_of(const Candidate& candidate, const Query& query) const;
 
   MissionConfig config_;
@@ -100,6 +106,7 @@ class RoutePlanner {
   RouteChoice choice_;
   const Candidate* chosen_ = nullptr;
   std::vector<Vec2> places_;
+  std::size_t done_ = 0;  // waypoints, when the search began
   bool prescribed_ = false;
   double clearance_m_ = 0.0;        // from forbidden ground
   double least_clearance_m_ = 0.0;  // if there is no route with the usual one

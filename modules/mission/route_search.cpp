@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace rcs::mission {
 namespace {
@@ -27,22 +28,50 @@ constexpr std::array<Step, 16> kSteps = {{{1, 0},
                                           {1, -2},
                                           {2, -1}}};
 
-/// Of the line between two positions; infinite if an impassable cell lies on it, the cells of its
-/// ends excepted.
+/// A line may pass between two cells that touch at a corner only if it may pass both.
+bool passes_corner(const RouteMap& map, Cell from, Cell to) {
+  return !std::isinf(map.cost({to.i, from.j})) && !std::isinf(map.cost({from.i, to.j}));
+}
+
+/// Of the line between two positions; infinite if it leads through an impassable cell, the cells of
+/// its ends excepted. Visits every cell on the line (Amanatides and Woo 1987).
 double cost_of(const RouteMap& map, const Vec2& a, const Vec2& b, double poverty) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  constexpr double kCorner = 1e-9;
   const double length = (b - a).norm();
-  const int n = std::max(1, static_cast<int>(std::ceil(5.0 * length / map.cell_m())));
+  const Vec2 low = map.centre({0, 0}) - Vec2::Constant(0.5 * map.cell_m());
+  const Vec2 from = (a - low) / map.cell_m();
+  const Vec2 way = (b - a) / map.cell_m();
   const Cell first = map.cell_at(a);
   const Cell last = map.cell_at(b);
+  // Shares of the line at which it enters the next column and the next row.
+  const auto next = [](double p, int cell, double d) {
+    return d > 0.0 ? (cell + 1 - p) / d : d < 0.0 ? (cell - p) / d : kNever;
+  };
+  double column = next(from.x(), first.i, way.x());
+  double row = next(from.y(), first.j, way.y());
+  const Cell step = {way.x() > 0.0 ? 1 : -1, way.y() > 0.0 ? 1 : -1};
+  Cell c = first;
   double sum = 0.0;
-  for (int k = 0; k < n; ++k) {
-    const Cell c = map.cell_at(a + (k + 0.5) / n * (b - a));
+  for (double at = 0.0;;) {
     const double cost = map.cost(c);
-    const bool end = c == first || c == last;
-    if (std::isinf(cost) && !end) return cost;
-    sum += ((std::isinf(cost) ? 1.0 : cost) + poverty * map.poverty(c)) * length / n;
+    if (std::isinf(cost) && !(c == first || c == last)) return kNever;
+    const double end = std::min({column, row, 1.0});
+    sum += ((std::isinf(cost) ? 1.0 : cost) + poverty * map.poverty(c)) * (end - at) * length;
+    if (end >= 1.0) return sum;
+    at = end;
+    const Cell before = c;
+    const bool both = std::abs(column - row) < kCorner;
+    if (both || column < row) {
+      c.i += step.i;
+      column += std::abs(1.0 / way.x());
+    }
+    if (both || c.i == before.i) {
+      c.j += step.j;
+      row += std::abs(1.0 / way.y());
+    }
+    if (both && !passes_corner(map, before, c)) return kNever;
   }
-  return sum;
 }
 
 RouteLine shortened(const RouteMap& map, const RouteLine& line, double poverty) {
@@ -50,7 +79,9 @@ RouteLine shortened(const RouteMap& map, const RouteLine& line, double poverty) 
   // cost from the start to each place, along the line
   std::vector<double> sum(line.size(), 0.0);
   for (std::size_t k = 1; k < line.size(); ++k) {
-    sum[k] = sum[k - 1] + cost_of(map, line[k - 1], line[k], poverty);
+    const double cost = cost_of(map, line[k - 1], line[k], poverty);
+    // From a position in its cell the first step may touch a cell that it passes from its centre.
+    sum[k] = sum[k - 1] + (std::isinf(cost) ? (line[k] - line[k - 1]).norm() : cost);
   }
   constexpr double kAsGood = 1.001;
   RouteLine out = {line.front()};
@@ -106,6 +137,8 @@ RouteLine RouteSearch::find(const RouteMap& map, const Vec2& from, const Vec2& t
     for (const Step& s : kSteps) {
       const Cell n = {c.i + s.i, c.j + s.j};
       if (!map.contains(n)) continue;
+      const bool diagonal = std::abs(s.i) == 1 && std::abs(s.j) == 1;
+      if (diagonal && !passes_corner(map, c, n)) continue;
       float cost = 0.5F * (cost_at(c) + cost_at(n));
       if (std::abs(s.i) == 2 || std::abs(s.j) == 2) {
         // Both cells that a long step passes.

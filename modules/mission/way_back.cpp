@@ -20,6 +20,9 @@ double WayBack::distance_m(const Breadcrumb& a, const Breadcrumb& b) {
 
 void WayBack::note(const Breadcrumb& here) {
   if (here.epoch < 0 && !here.in_world) return;
+  // The vehicle has driven back without notes: the rest of the way out is not behind it.
+  if (returns_) cut(here);
+  returns_ = false;
   if (!crumbs_.empty() && distance_m(crumbs_.back(), here) < kEach_m) return;
   if (crumbs_.size() == kMost) {
     for (std::size_t k = 0; k < kMost / 2; ++k) crumbs_[k] = crumbs_[2 * k];
@@ -52,6 +55,17 @@ WayPart WayBack::first_part(std::int32_t epoch) const {
     at = next;
   }
   return part;
+}
+
+void WayBack::move_world(const Pose& T_now_before) {
+  for (Breadcrumb& c : crumbs_) {
+    if (c.in_world) c.p_world = T_now_before * c.p_world;
+  }
+}
+
+double WayBack::begin_return(const Breadcrumb& here) {
+  returns_ = true;
+  return cut(here);
 }
 
 double WayBack::cut(const Breadcrumb& here) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rcs/base/linear.h"
+#include "rcs/base/pose.h"
 
 namespace rcs::mission {
 
@@ -31,13 +32,17 @@ class WayBack {
   /// The vehicle turns by at most 15 degrees between two of them, so that a curve through them is
   /// that which it drove.
   static constexpr double kEach_m = 1.5;
-  static constexpr std::size_t kMost = 20'000;  ///< 30 km; then each second one is kept
+  /// 30 km; then each second one is kept. BG does not join places that are more than 3.5 m apart
+  /// (modules/bg/way_back.h): of ways beyond 60 km it searches a path to each.
+  static constexpr std::size_t kMost = 20'000;
 
   WayBack() { crumbs_.reserve(kMost); }
 
-  /// Notes the position if it is far enough from the last one.
+  /// Notes the position if it is far enough from the last one. The first one after a return,
+  /// completed or not, is noted behind the place of the way that is nearest to it.
   void note(const Breadcrumb& here);
-  void clear() { crumbs_.clear(); }
+  /// Another frame world has begun.
+  void move_world(const Pose& T_now_before);
   [[nodiscard]] bool empty() const { return crumbs_.empty(); }
   [[nodiscard]] const std::vector<Breadcrumb>& crumbs() const { return crumbs_; }
 
@@ -54,14 +59,17 @@ class WayBack {
            (crumbs_.back().in_world || (epoch >= 0 && crumbs_.back().epoch == epoch));
   }
 
-  /// What was driven after the place of the way nearest to `here` has been driven back.
+  /// The vehicle begins to return, or goes on with it: what was driven after the place of the way
+  /// nearest to `here` has been driven back.
   /// @return distance to that place [m]; infinite: none is in this frame
-  double cut(const Breadcrumb& here);
+  double begin_return(const Breadcrumb& here);
 
  private:
   [[nodiscard]] static double distance_m(const Breadcrumb& a, const Breadcrumb& b);
+  double cut(const Breadcrumb& here);
 
   std::vector<Breadcrumb> crumbs_;  // oldest first
+  bool returns_ = false;            // since the last note()
 };
 
 }  // namespace rcs::mission

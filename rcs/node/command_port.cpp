@@ -200,6 +200,7 @@ bool Subordinate::take_from(Inbox<command_t>* inbox, Stamp now) {
     in_force_ = true;
     is_new_ = true;
     ++account_.taken;
+    note_task();
     if (!is_release(command_)) continue;
     inbox->pop();
     return true;
@@ -221,8 +222,20 @@ bool Subordinate::take_stop(bool only_new) {
   command_ = *m;
   in_force_ = true;
   is_new_ = true;
+  task_ended_ = false;
   ++account_.taken;
   return true;
+}
+
+void Subordinate::note_task() {
+  Issuer* const from = issuer(command_);
+  task_ended_ = from != nullptr && command_.task != 0 && command_.task == from->ended_task;
+  if (from != nullptr && command_.task != 0) from->task = command_.task;
+}
+
+void Subordinate::end_tasks() {
+  for (Issuer& i : issuers_) i.ended_task = i.task;
+  task_ended_ = in_force_ && command_.task != 0;
 }
 
 // Every rule errs on the side of not acting: a superior that is not echoed issues a new command.
@@ -280,6 +293,7 @@ Subordinate::Issuer* Subordinate::issuer(const command_t& m) {
   oldest->name = m.issuer;
   oldest->serial = 0;
   oldest->issued = Stamp::min();
+  oldest->task = oldest->ended_task = 0;
   return oldest;
 }
 

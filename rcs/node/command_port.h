@@ -171,6 +171,12 @@ class Subordinate {
   void take(Stamp now, bool only_stops = false);
   /// The emergency stops that arrived for this cycle, also if they repeat stops in force.
   [[nodiscard]] const std::vector<stop_t>& stops() const { return stops_.taken(); }
+  /// Call it in every cycle in which an emergency stop is in force: a task that was given before
+  /// its release is over, also if its issuer goes on renewing it (Command::task).
+  void end_tasks();
+  /// The newest accepted command continues such a task: it must not be executed. Of a subordinate
+  /// that restarts during the stop, this holds for the tasks that are renewed before the release.
+  [[nodiscard]] bool task_ended() const { return task_ended_; }
   /// These stops have been released: late copies of them are ignored.
   void release_stops(const std::vector<std::int64_t>& ids) { stops_.release(ids); }
 
@@ -195,10 +201,13 @@ class Subordinate {
     std::string name;
     std::int64_t serial = 0;  // newest accepted
     Stamp issued = Stamp::min();
+    std::int64_t task = 0;        // newest accepted that is not 0
+    std::int64_t ended_task = 0;  // 0: none
   };
   [[nodiscard]] bool take_stop(bool only_new);
   bool take_from(Inbox<command_t>* inbox, Stamp now);
   [[nodiscard]] bool admit(const command_t& m, Stamp now);
+  void note_task();
   Issuer* issuer(const command_t& m);
 
   SubordinateParams params_;
@@ -213,6 +222,7 @@ class Subordinate {
   command_t command_{};
   bool in_force_ = false;
   bool is_new_ = false;
+  bool task_ended_ = false;
   Account account_;
   status_t status_{};
 };

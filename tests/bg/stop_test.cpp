@@ -107,6 +107,47 @@ TEST_F(BgStop, SurvivesEveryRestartUntilItIsReleasedAtRest) {
   EXPECT_NE(life_->status.state, "EMERGENCY_STOP");
 }
 
+// `rcs go`, a mission or an operator that never noticed the stop.
+TEST_F(BgStop, AClientThatGoesOnRenewingItsTaskDoesNotStartTheVehicleAfterTheRelease) {
+  life_->sees_ground = true;
+  const auto renew = [this](std::int64_t task, const char* issuer) {
+    now_ += Duration(1);
+    command_t m = life_->command(kGoto, issuer);
+    m.task = task;
+    life_->send(m);
+    life_->cycle();
+    return life_->status.state;
+  };
+  const auto release = [this] {
+    life_->send(kRelease);
+    life_->cycle();
+    ASSERT_EQ(life_->status.state, "RELEASED");
+    life_->cycle();
+  };
+  life_->cycle();
+  for (int k = 0; k < 20; ++k) renew(7, "operator");
+  life_->send(kStop);
+  life_->cycle();
+  EXPECT_EQ(renew(3, "mission"), "EMERGENCY_STOP") << "given while the stop is in force";
+  release();
+  for (int k = 0; k < 50; ++k) {
+    ASSERT_EQ(renew(7, "operator"), "REJECTED") << k;
+    ASSERT_EQ(renew(3, "mission"), "REJECTED") << k;
+  }
+  EXPECT_EQ(life_->status.status, +status_t::STATUS_ERROR);
+  EXPECT_NE(life_->status.reason.find("give a new command"), std::string::npos);
+  EXPECT_NE(renew(8, "operator"), "REJECTED");
+  EXPECT_NE(renew(4, "mission"), "REJECTED");
+
+  life_->send(kStop);
+  life_->cycle();
+  start();
+  life_->cycle();
+  EXPECT_EQ(renew(8, "operator"), "EMERGENCY_STOP") << "a restarted BG learns of it here";
+  release();
+  EXPECT_EQ(renew(8, "operator"), "REJECTED");
+}
+
 TEST_F(BgStop, ATaskCanHaveANarrowerAlertLimitThanTheVehicle) {
   life_->world = true;
   life_->cycle();

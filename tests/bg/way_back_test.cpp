@@ -19,6 +19,14 @@ std::vector<Vec2> circle(double radius_m, int places) {
   return line;
 }
 
+/// Places each 2 m or less on a straight line.
+std::vector<Vec2> straight(const Vec2& from, const Vec2& to) {
+  const int n = static_cast<int>(std::ceil((to - from).norm() / 2.0));
+  std::vector<Vec2> line;
+  for (int k = 0; k <= n; ++k) line.emplace_back(from + (to - from) * (k / static_cast<double>(n)));
+  return line;
+}
+
 Path path_on(const std::vector<Vec2>& line, const Place& vehicle, double most_m = kMost_m) {
   Path path;
   follow_way_back(line, vehicle, Shape{}, most_m, &path);
@@ -89,12 +97,36 @@ TEST(WayBack, GroundThatWasDrivenOverIsFreeUnlessSomethingStandsThereNow) {
   at(3.0, 0.2).step_m = 1.6F;  // a person
   at(-3.0, 0.2).slope_rad = 0.8F;
   at(4.2, 0.2).step_m = 0.0F;  // hidden by an edge
-  mark_way_back({{-8.0, 0.0}, {8.0, 0.0}}, Shape{}, vj::Weights{}, &terrain);
+  mark_way_back(straight({-8.0, 0.0}, {8.0, 0.0}), Shape{}, vj::Weights{}, &terrain);
   EXPECT_FALSE(at(2.2, 0.2).obstacle);
   EXPECT_TRUE(at(3.0, 0.2).obstacle);
   EXPECT_TRUE(at(4.2, 0.2).obstacle) << "nothing was observed there";
   EXPECT_TRUE(at(2.2, 2.2).obstacle) << "beside the way";
   EXPECT_TRUE(vj::passable(at(-3.0, 0.2), vj::Weights{}));
+}
+
+// Places that are far apart: the vehicle was not localized between them, or the places of a return
+// that was given up precede them.
+TEST(WayBack, BetweenPlacesThatAreFarApartNothingWasDrivenOver) {
+  vj::Terrain terrain = test::level_field(64, [](double, double) { return true; });
+  for (vj::Ground& g : terrain.ground) g.step_m = 0.25F;
+  std::vector<Vec2> line = straight({-10.0, 0.0}, {-4.0, 0.0});
+  for (const Vec2& p : straight({4.0, 0.0}, {10.0, 0.0})) line.push_back(p);
+  mark_way_back(line, Shape{}, vj::Weights{}, &terrain);
+  const auto is_obstacle = [&terrain](double x_m) {
+    return terrain.at(terrain.cell_at(x_m, 0.2)).obstacle;
+  };
+  EXPECT_FALSE(is_obstacle(-6.2));
+  EXPECT_TRUE(is_obstacle(0.2));
+  EXPECT_FALSE(is_obstacle(6.2));
+
+  const Path path = path_on(line, {-9.0, 0.1, 0.0, 0.0});
+  ASSERT_FALSE(path.empty());
+  EXPECT_NEAR(path.back().place.x_m, -4.0, 1e-6);
+  for (const PathPoint& p : path) EXPECT_NEAR(p.place.y_m, 0.0, 1e-6);
+  EXPECT_TRUE(path_on(line, {0.0, 0.0, 0.0, 0.0}).empty())
+      << "a path to the next place is searched";
+  EXPECT_NEAR(path_on(line, {5.0, 0.0, 0.0, 0.0}).back().place.x_m, 10.0, 1e-6);
 }
 
 TEST(WayBack, TheVehicleLeavesItsWayOnlyForAnObstacleThatRemains) {

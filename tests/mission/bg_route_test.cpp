@@ -40,5 +40,20 @@ TEST(BgRoute, TheWindowMovesOnceHalfOfItIsDone) {
   EXPECT_EQ(route.last(), 72U);
 }
 
+TEST(BgRoute, PlacesBehindTheVehicleAreNoPartOfTheRestOfARoute) {
+  const std::vector<Vec2> line = {{0.0, 0.0}, {100.0, 0.0}, {100.0, 100.0}};
+  const std::vector<Vec2> places = divided(line, 25.0);
+  ASSERT_EQ(places.size(), 8U);
+  const auto first = [&](const Vec2& here, std::size_t last = 8) {
+    return first_ahead(line.front(), places, last, here);
+  };
+  EXPECT_EQ(first({0.0, 0.0}), 0U);
+  EXPECT_EQ(first({-20.0, 3.0}), 0U) << "the vehicle stands before the line";
+  EXPECT_EQ(first({60.0, -4.0}), 2U);
+  EXPECT_EQ(first({98.0, 60.0}), 6U);
+  EXPECT_EQ(first({100.0, 140.0}), 7U) << "a route without places is rejected";
+  EXPECT_EQ(first({98.0, 60.0}, 3), 3U) << "a waypoint of the task that is not done";
+}
+
 }  // namespace
 }  // namespace rcs::mission

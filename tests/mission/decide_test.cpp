@@ -54,11 +54,50 @@ TEST(MissionDecide, EveryLossHasARow) {
   EXPECT_EQ(state(f), "RETURNING");
   f.gps = true;
   EXPECT_EQ(state(f), "NO_ROUTE");
-  f = all_is_well();
-  f.bg_no_path = true;
+}
+
+TEST(MissionDecide, EveryErrorOfBgHasARow) {
+  Facts f = all_is_well();
+  f.bg_reason = "a reason of BG";
+  f.bg_error = BgError::kNoPath;
   EXPECT_EQ(decide(f, {}).action, Action::kReplan);
   f.blocked = 5;
-  EXPECT_EQ(state(f), "BLOCKED");
+  EXPECT_EQ(decide(f, {}).state, "BLOCKED");
+
+  f.bg_on_task_route = false;
+  f.returning = true;
+  f.bg_error_for = from_seconds(5.0);
+  EXPECT_EQ(decide(f, {}).state, "RETURNING");
+  f.bg_error_for = from_seconds(11.0);
+  EXPECT_EQ(decide(f, {}).state, "BLOCKED");
+  EXPECT_EQ(decide(f, {}).status, Status::kError);
+  f.returning = false;
+  f.world_known = false;
+  EXPECT_EQ(decide(f, {}).state, "BLOCKED") << "while the heading is initialized";
+
+  f = all_is_well();
+  f.bg_reason = "a reason of BG";
+  f.bg_error = BgError::kRejected;
+  EXPECT_EQ(decide(f, {}).action, Action::kRestart);
+  f.rejected_for_good = true;
+  EXPECT_EQ(decide(f, {}).state, "REFUSED");
+  EXPECT_EQ(decide(f, {}).reason, "a reason of BG");
+
+  f.bg_error = BgError::kZone;
+  EXPECT_EQ(decide(f, {}).state, "DRIVING");
+  f.bg_error_for = from_seconds(11.0);
+  EXPECT_EQ(decide(f, {}).state, "ZONE");
+  EXPECT_EQ(decide(f, {}).reason, "a reason of BG");
+}
+
+TEST(MissionDecide, AnEmergencyStopEndsTheTask) {
+  Facts f = all_is_well();
+  f.emergency_stop = true;
+  EXPECT_EQ(decide(f, {}).state, "EMERGENCY_STOP");
+  EXPECT_EQ(decide(f, {}).status, Status::kError);
+  f.arrived = true;
+  f.cannot = "command rejected: a test";
+  EXPECT_EQ(decide(f, {}).state, "EMERGENCY_STOP");
 }
 
 TEST(MissionDecide, ALostOperatorIsAnsweredAsConfigured) {
@@ -110,7 +149,11 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
     f.can_return = coin();
     f.returning = rng() % 4 == 0;
     f.route = static_cast<RouteState>(rng() % 4);
-    f.bg_no_path = rng() % 4 == 0;
+    f.bg_error = static_cast<BgError>(rng() % 4);
+    f.bg_reason = "a reason of BG";
+    f.bg_error_for = from_seconds(coin() ? 1.0 : 20.0);
+    f.bg_on_task_route = coin();
+    f.rejected_for_good = coin();
     f.blocked = static_cast<int>(rng() % 8);
     f.arrived = rng() % 8 == 0;
     DecideParams p;
@@ -136,7 +179,7 @@ TEST(MissionDecide, NothingMovesTheVehicleWithoutWhatItNeeds) {
       ASSERT_TRUE(f.can_return);
     }
   }
-  EXPECT_EQ(rows.size(), 24U) << "a row that no facts reach";
+  EXPECT_EQ(rows.size(), 28U) << "a row that no facts reach";
 }
 
 }  // namespace

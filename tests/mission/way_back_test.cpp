@@ -58,7 +58,7 @@ TEST(WayBack, WhatWasDrivenInAnotherMapFollowsInFrameWorld) {
   ASSERT_TRUE(part.rolling);
   EXPECT_GE(part.places.back().x(), 60.0);
   EXPECT_LE(part.places.back().x(), 66.0);
-  way.cut(at(60.0, 0.0, 3));
+  way.begin_return(at(60.0, 0.0, 3));
   part = way.first_part(4);
   EXPECT_FALSE(part.rolling);
   EXPECT_EQ(part.places.back(), Vec3(100.0, 0.0, 0.0)) << "frame world";
@@ -74,8 +74,39 @@ TEST(WayBack, WithoutAPositionInFrameWorldItEndsWithTheMap) {
 TEST(WayBack, TheWayThatWasDrivenBackIsForgotten) {
   WayBack way;
   for (double x = 0.0; x <= 300.0; x += 1.0) way.note(at(x, 0.0));
-  EXPECT_NEAR(way.cut(at(151.0, 2.0)), std::hypot(1.0, 2.0), 1e-9);
+  EXPECT_NEAR(way.begin_return(at(151.0, 2.0)), std::hypot(1.0, 2.0), 1e-9);
   EXPECT_EQ(way.first_part(3).places.front(), Vec3(152.0, 0.0, 0.0));
+}
+
+// The vehicle drives back next to its way, and is then given another task.
+TEST(WayBack, AnInterruptedReturnIsContinuedWhereItEnded) {
+  for (const double lateral_m : {0.0, 1.2, 2.5}) {
+    WayBack way;
+    for (double x = 0.0; x <= 300.0; x += 1.0) way.note(at(x, 0.0));
+    way.begin_return(at(300.0, 0.0));
+    for (double x = 150.0; x <= 160.0; x += 1.0) way.note(at(x, lateral_m));
+    const WayPart part = way.first_part(3);
+    ASSERT_TRUE(part.to_the_start) << lateral_m;
+    EXPECT_EQ(part.places.back(), Vec3(0.0, 0.0, 0.0));
+    double length_m = 0.0;
+    for (std::size_t k = 1; k < part.places.size(); ++k) {
+      const double step_m = (part.places[k] - part.places[k - 1]).norm();
+      EXPECT_LT(step_m, 3.2) << lateral_m;
+      length_m += step_m;
+    }
+    EXPECT_NEAR(length_m, 160.0, 4.0) << lateral_m;
+  }
+}
+
+TEST(WayBack, InAnotherFrameWorldItsPlacesAreWhereTheyWere) {
+  WayBack way;
+  for (double x = 0.0; x <= 60.0; x += 2.0) way.note(at(x, 0.0, 3));
+  way.move_world({Quat::Identity(), Vec3(-30.0, 5.0, 0.0)});
+  const WayPart part = way.first_part(4);
+  ASSERT_FALSE(part.rolling);
+  EXPECT_EQ(part.places.front(), Vec3(130.0, 5.0, 0.0));
+  EXPECT_EQ(part.places.back(), Vec3(70.0, 5.0, 0.0));
+  EXPECT_EQ(way.first_part(3).places.back(), Vec3(0.0, 0.0, 0.0)) << "frame rolling";
 }
 
 TEST(WayBack, ALongWayKeepsItsStart) {

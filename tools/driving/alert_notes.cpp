@@ -5,7 +5,6 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/rcs/command_t.hpp"
 #include "modules/bg/bg_messages_node.h"
 
 namespace rcs::driving {
@@ -23,9 +22,11 @@ constexpr double kDrivePeriod_s = 0.05;
 AlertNotes::AlertNotes(Bus* bus, std::int8_t frame, const vj::SpeedParams& limits, double task_mps,
                        double braking_mps2)
     : in_world_(frame == command_t::FRAME_WORLD),
+      vehicle_(limits),
       limits_(limits),
       task_mps_(task_mps),
       braking_mps2_(braking_mps2),
+      commands_(bus, channel::kBgCommand, [this](const command_t& m, Stamp) { take(m); }),
       levels_(bus, channel::kWmIntegrity, [this](const integrity_t& m, Stamp) { take(m); }),
       nav_states_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
       truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
@@ -36,6 +37,25 @@ double AlertNotes::allowed_share() const {
   return known == 0 ? 1.0
                     : *std::max_element(shares_.begin(),
                                         shares_.begin() + static_cast<std::ptrdiff_t>(known));
+}
+
+void AlertNotes::take(const command_t& m) {
+  if (m.kind != command_t::KIND_GOTO) return;
+  const bool in_world = m.frame == command_t::FRAME_WORLD;
+  if (in_world != in_world_) {
+    // The levels so far are those of another frame.
+    count_ = 0;
+    beyond_ = false;
+  }
+  in_world_ = in_world;
+  limits_ = vehicle_;
+  const auto narrow = [](double asked_m, double* limit_m) {
+    if (asked_m > 0.0) *limit_m = std::min(*limit_m, asked_m);
+  };
+  narrow(m.alert_limit_horizontal_m, &limits_.alert_limit_horizontal_m);
+  narrow(m.alert_limit_vertical_m, &limits_.alert_limit_vertical_m);
+  task_mps_ = 0.0;
+  for (const waypoint_t& w : m.waypoint) task_mps_ = std::max(task_mps_, w.speed_mps);
 }
 
 void AlertNotes::take(const integrity_t& m) {

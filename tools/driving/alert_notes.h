@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "lcmtypes/rcs/command_t.hpp"
 #include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
@@ -22,19 +23,21 @@ struct AlertOutcome {
   double too_fast_s = 0.0;  ///< of both: with a drive command faster than the levels allow
 };
 
-/// Records a run from its bus. Levels are those in the frame of the task: of WM_INTEGRITY, or in
-/// frame local those relative to the rolling map.
+/// Records a run from its bus. Levels are those in the frame of the command that BG executes: of
+/// WM_INTEGRITY, or in frames local and rolling those relative to the rolling map.
 class AlertNotes {
  public:
-  /// @param frame  of the task, command_t::FRAME_*
-  /// @param limits  alert limits and least share of the speed
-  /// @param task_mps  speed of the waypoints
+  /// @param frame  until BG is commanded to drive, command_t::FRAME_*
+  /// @param limits  of the vehicle: alert limits, which a command can make narrower, and least
+  ///   share of the speed
+  /// @param task_mps  speed of the waypoints until then
   /// @param braking_mps2  planned deceleration
   AlertNotes(Bus* bus, std::int8_t frame, const vj::SpeedParams& limits, double task_mps,
              double braking_mps2);
   [[nodiscard]] const AlertOutcome& outcome() const { return outcome_; }
 
  private:
+  void take(const command_t& m);
   void take(const integrity_t& m);
   void take(const nav_state_t& m);
   void take_levels(double horizontal_m, double vertical_m);
@@ -44,7 +47,8 @@ class AlertNotes {
   [[nodiscard]] double allowed_share() const;
 
   bool in_world_;
-  vj::SpeedParams limits_;
+  vj::SpeedParams vehicle_;
+  vj::SpeedParams limits_;  // of the command
   double task_mps_;
   double braking_mps2_;
   AlertOutcome outcome_;
@@ -56,6 +60,7 @@ class AlertNotes {
   bool is_late_ = false;
   double way_m_ = 0.0;
   double began_mps_ = 0.0;
+  Tap<command_t> commands_;
   Tap<integrity_t> levels_;
   Tap<nav_state_t> nav_states_;
   Tap<truth_t> truth_;

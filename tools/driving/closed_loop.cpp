@@ -429,12 +429,8 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   std::optional<ActorNotes> actors;
   if (!scenario.actors.empty()) actors.emplace(&bus, simulator);
 
-  Result<bg::BgConfig> bg = bg::load_bg_config(*file);
+  const Result<bg::BgConfig> bg = bg::load_bg_config(*file);
   RCS_CHECK(bg.ok());  // BG has been made with it
-  if (options.alert_limit_m > 0.0) {
-    bg->speeds.alert_limit_horizontal_m =
-        std::min(bg->speeds.alert_limit_horizontal_m, options.alert_limit_m);
-  }
   const AlertNotes alerts(&bus, options.frame, bg->speeds, scenario.course.speed_mps,
                           bg->follow.braking_mps2);
 

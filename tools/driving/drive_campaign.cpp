@@ -132,7 +132,9 @@ int contacts(const ClosedLoopRun& run) {
 }
 
 bool passed(const ClosedLoopRun& run) {
-  return run.done && contacts(run) == 0 && run.alerts.late == 0 && run.zones.entries == 0;
+  const bool all_reached = run.reached == static_cast<int>(run.waypoints_world.size());
+  return run.done && all_reached && contacts(run) == 0 && run.alerts.late == 0 &&
+         run.zones.entries == 0;
 }
 
 Result<std::vector<DriveRow>> run_drives(const DriveCampaign& campaign) {

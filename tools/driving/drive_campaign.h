@@ -41,7 +41,8 @@ struct DriveRow {
 /// With the ground, with objects and with moving actors, but for actors that ran into the vehicle
 /// at rest.
 [[nodiscard]] int contacts(const ClosedLoopRun& run);
-/// Arrived without contact, stopped at every alert limit, and entered no forbidden ground.
+/// Arrived, truly in all waypoints, without contact, stopped at every alert limit, and entered no
+/// forbidden ground.
 [[nodiscard]] bool passed(const ClosedLoopRun& run);
 
 /// @return rows in the order of the seeds, or an error: of the files, or after `stop`

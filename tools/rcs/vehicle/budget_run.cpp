@@ -10,18 +10,17 @@
 #include <thread>
 
 #include "lcmtypes/channels.h"
-#include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/tap.h"
-#include "rcs/node/command_port.h"
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/report.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/terminal.h"
+#include "tools/rcs/vehicle/budget_operators.h"
 #include "tools/rcs/vehicle/child_process.h"
 
 namespace rcs::cli {
@@ -33,8 +32,6 @@ constexpr Duration kTail = from_seconds(1.0);          // for the results of the
 constexpr Duration kStopWithin = from_seconds(5.0);
 constexpr Duration kLongestScan = from_seconds(1.0);
 constexpr Duration kLook = from_seconds(0.1);  // period of the check of the child processes
-constexpr Duration kRefresh = from_seconds(1.0);
-constexpr double kAhead_m = 30.0;
 
 /// Records every message of a channel for the lap, and counts missed messages.
 template <class T>
@@ -60,44 +57,6 @@ struct Running {
   ChildProcess process;
   bool alive = false;
   std::optional<Exit> exit;
-};
-
-/// Keeps BG planning as during a drive: sends a goal ahead of the vehicle and, when that is near,
-/// the next one. The recorded motion does not depend on BG.
-class Operator {
- public:
-  explicit Operator(Bus* bus)
-      : port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "budget", {}) {}
-
-  void take(const nav_state_t& m) {
-    (void)from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_);
-  }
-
-  void step(Stamp now) {
-    port_.step(now);
-    if (now < next_send_) return;
-    const bool near = (T_.p - goal_).head<2>().norm() < 0.5 * kAhead_m;
-    if (near || command_.waypoints.empty()) {
-      goal_ = T_ * Vec3(kAhead_m, 0.0, 0.0);
-      waypoint_t w{};
-      to_message(goal_, w.p_m);
-      w.radius_m = 3.0;
-      w.speed_mps = 8.0;
-      command_.kind = command_t::KIND_GOTO;
-      command_.frame = command_t::FRAME_LOCAL;
-      command_.waypoints = {w};
-      ++command_.task;
-    }
-    port_.send(command_, now);
-    next_send_ = now + kRefresh;
-  }
-
- private:
-  CommandPort port_;
-  Pose T_;  // local, vehicle
-  Vec3 goal_ = Vec3::Zero();
-  rcs::Command command_;
-  Stamp next_send_ = Stamp::min();
 };
 
 class Laps {
@@ -137,7 +96,8 @@ class Laps {
   std::int64_t scan_ = -1;        // reference instant of the scan in progress
   std::int64_t facet_scan_ = -1;  // reference instant of the scan of the current event
 
-  std::optional<Operator> operator_;  // if BG is one of the nodes
+  std::optional<BudgetOperator> operator_;  // if BG is one of the nodes
+  std::optional<BudgetMission> mission_;    // instead, if the mission is one of them
   LapTap<registration_t> registrations_;
   LapTap<nav_state_t> nav_states_;
   LapTap<drive_t> drives_;
@@ -157,10 +117,17 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
                   [this](const nav_state_t& m) {
                     trace_.take(m);
                     if (operator_) operator_->take(m);
+                    if (mission_) mission_->take(m);
                   }),
       drives_(bus, channel::kBgDrive, [this](const drive_t& m) { trace_.take(m); }) {
-  const auto is_bg = [](const std::string& node) { return node == "bg"; };
-  if (std::any_of(plan_.nodes.begin(), plan_.nodes.end(), is_bg)) operator_.emplace(bus);
+  const auto runs = [this](std::string_view node) {
+    return std::find(plan_.nodes.begin(), plan_.nodes.end(), node) != plan_.nodes.end();
+  };
+  if (runs("mission")) {
+    mission_.emplace(bus);
+  } else if (runs("bg")) {
+    operator_.emplace(bus);
+  }
   for (const std::string& node : plan_.nodes) {
     cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
                          [this](const cycle_t& m) { trace_.take(m); });
@@ -300,6 +267,7 @@ Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
 /// pipe would block them.
 Outcome Laps::look() {
   if (operator_) operator_->step(timeline_->now());
+  if (mission_) mission_->step(timeline_->now());
   progress_(std::min(1.0, seconds(result_.played + lap_) / seconds(plan_.length)));
   for (std::vector<Running>* processes : {&nodes_, &load_}) {
     for (Running& r : *processes) {

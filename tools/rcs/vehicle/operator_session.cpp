@@ -99,6 +99,13 @@ Ending OperatorSession::pursue(rcs::Command command, Duration most, Duration pat
       next_send = now() + node_.repeat;
     }
     if (!wait()) return {false, "interrupted", "interrupted"};
+    if (const status_t* const s = port_.status();
+        s != nullptr && s->emergency_stop != status_t::STOP_NONE) {
+      return {
+          false, "error",
+          of_node(
+              "an emergency stop is latched; release it at rest first, then give a new command")};
+    }
     const CommandProgress current = port_.progress(now());
     show(current, now() - begin);
     if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
