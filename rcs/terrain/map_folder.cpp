@@ -6,6 +6,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "rcs/base/byte_codec.h"
 #include "rcs/base/regular_file.h"
 #include "rcs/terrain/map_tile.h"
 
@@ -78,7 +79,14 @@ std::string MapFolder::file_of(int level, Cell tile) const {
 }
 
 Result<Raster> MapFolder::read(int level, Cell tile, std::vector<std::uint8_t>* buffer) const {
-  return read_tile(file_of(level, tile), tile, lattices_[static_cast<std::size_t>(level)], buffer);
+  const std::string file = file_of(level, tile);
+  Result<Raster> raster = read_tile(file, tile, lattices_[static_cast<std::size_t>(level)], buffer);
+  const MapTileEntry* const entry = index_.levels[static_cast<std::size_t>(level)].find(tile);
+  // A tile that somebody has changed may be sound and wrong.
+  if (raster && (entry == nullptr || crc32(buffer->data(), buffer->size()) != entry->checksum)) {
+    return Error{file + ": is not the file of the map's index (its checksum differs)"};
+  }
+  return raster;
 }
 
 }  // namespace rcs

@@ -38,6 +38,7 @@ class MapFolder {
 
   /// Reads a whole tile with all of its layers.
   /// @param buffer  reused from call to call
+  /// @return an error also if the file is not that of the index, by its checksum
   [[nodiscard]] Result<Raster> read(int level, Cell tile, std::vector<std::uint8_t>* buffer) const;
 
  private:

@@ -246,6 +246,21 @@ TEST_F(MapFolderTest, DamageOnDiskIsNamed) {
   EXPECT_NE(cut_short.error().message.find("map.index"), std::string::npos);
 }
 
+// A sound tile that somebody put in place of another one.
+TEST_F(MapFolderTest, ATileThatIsNotThatOfTheIndexIsRejected) {
+  const std::string other = path_ + "_other";
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), test::random_raster(2, {0, 0}, 20, 20)));
+  ASSERT_TRUE(mapping::write_map(other, test::frame(), test::random_raster(3, {0, 0}, 20, 20)));
+  const MapFolder folder = opened();
+  const Cell tile = folder.index().levels.front().tiles.front().tile;
+  ASSERT_TRUE(folder.read(0, tile, &buffer_));
+  fs::copy_file(MapFolder::open(other)->file_of(0, tile), folder.file_of(0, tile),
+                fs::copy_options::overwrite_existing);
+  const Result<Raster> changed = folder.read(0, tile, &buffer_);
+  ASSERT_FALSE(changed);
+  EXPECT_NE(changed.error().message.find("not the file of the map's index"), std::string::npos);
+}
+
 TEST(MapIndex, ChangedBytesAndForgedCountsAreRejected) {
   MapIndex index;
   index.frame = test::frame();

@@ -8,8 +8,10 @@
 #include <optional>
 #include <utility>
 
+#include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
+#include "rcs/base/printable.h"
 #include "rcs/node/time_text.h"
 #include "tools/evaluation/route_json.h"
 #include "tools/evaluation/top_model.h"
@@ -174,6 +176,18 @@ Json to_json(const MessageHistory& history, Stamp moment) {
   return json;
 }
 
+Json route_choice_json(const Received<routes_t>& choice, Stamp begin) {
+  const routes_t& m = choice.message;
+  Json json = {{"time_s", seconds(choice.arrival - begin)},
+               {"log_utime", to_utime(choice.arrival)},
+               {"issuer", printable_line(m.issuer)}};
+  json.update(evaluation::route_choice_json(m));
+  for (std::size_t k = 0; k < m.route.size(); ++k) {
+    json["candidates"][k]["reason"] = route_reason(m.route[k], m);
+  }
+  return json;
+}
+
 }  // namespace
 
 Explanation explanation_of(const MessageHistory& history, const std::string& log, Stamp begin,
@@ -205,6 +219,41 @@ Result<Explanation> explain(LogReader* log, Duration after,
   if (!begin) return Error{log->path() + ": no LCM log, or it is empty"};
   return Error{
       fmt::format("{}: the log ends after {:.1f} s", log->path(), seconds(history.now - *begin))};
+}
+
+Explanation explanation_of_routes(const std::vector<Received<routes_t>>& choices,
+                                  const std::string& log, Stamp begin) {
+  Json json = {{"log", log}, {"choices", Json::array()}};
+  std::string text = choices.empty()
+                         ? fmt::format("{}: the mission has chosen no route\n", log)
+                         : fmt::format("{}: choices of a route: {}\n\n", log, choices.size());
+  for (const Received<routes_t>& choice : choices) {
+    json["choices"].push_back(route_choice_json(choice, begin));
+    text += fmt::format("{:.1f} s after the begin of the log\n", seconds(choice.arrival - begin)) +
+            route_choice_text(choice.message) + "\n";
+  }
+  return {std::move(text), std::move(json)};
+}
+
+Result<Explanation> explain_routes(LogReader* log, const std::function<bool(double)>& progress) {
+  std::vector<Received<routes_t>> choices;
+  LogEvent event;
+  std::optional<Stamp> begin;
+  while (log->next(&event)) {
+    if (!begin) begin = event.stamp;
+    if (!progress(static_cast<double>(log->position_bytes()) /
+                  static_cast<double>(log->size_bytes()))) {
+      return Error{"interrupted"};
+    }
+    if (event.channel != channel::kMissionRoutes) continue;
+    Received<routes_t> choice{event.stamp, {}};
+    const int size = static_cast<int>(event.data.size());
+    if (choice.message.decode(event.data.data(), 0, size) == size) {
+      choices.push_back(std::move(choice));
+    }
+  }
+  if (!begin) return Error{log->path() + ": no LCM log, or it is empty"};
+  return explanation_of_routes(choices, log->path(), *begin);
 }
 
 }  // namespace rcs::studies

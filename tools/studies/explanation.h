@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
@@ -31,5 +32,15 @@ struct Explanation {
 /// @param begin  of the log
 [[nodiscard]] Explanation explanation_of(const MessageHistory& history, const std::string& log,
                                          Stamp begin, Stamp moment);
+
+/// Every choice of a route by the mission: the candidates with their values, verdicts and reasons.
+/// @param log  read from its begin to its end
+/// @param progress  as above
+[[nodiscard]] Result<Explanation> explain_routes(LogReader* log,
+                                                 const std::function<bool(double)>& progress);
+
+/// The same from messages that were collected elsewhere.
+[[nodiscard]] Explanation explanation_of_routes(const std::vector<Received<routes_t>>& choices,
+                                                const std::string& log, Stamp begin);
 
 }  // namespace rcs::studies

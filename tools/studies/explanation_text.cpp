@@ -10,6 +10,7 @@
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
+#include "rcs/base/printable.h"
 #include "rcs/base/text.h"
 #include "rcs/node/time_text.h"
 #include "tools/evaluation/top_model.h"
@@ -147,8 +148,9 @@ std::string driving_text(const MessageHistory& history, Stamp moment) {
   std::string text;
   if (!history.status.empty()) {
     const status_t& m = history.status.back().message;
-    text += fmt::format("BG ({}): {}{}{}\n", ago(moment - history.status.back().arrival), m.state,
-                        m.reason.empty() ? "" : ": ", m.reason);
+    text += fmt::format("BG ({}): {}{}{}\n", ago(moment - history.status.back().arrival),
+                        printable_line(m.state), m.reason.empty() ? "" : ": ",
+                        printable_line(m.reason));
   }
   if (!history.drive.empty()) {
     const drive_t& m = history.drive.back().message;
@@ -159,7 +161,8 @@ std::string driving_text(const MessageHistory& history, Stamp moment) {
   if (!history.plan.empty()) {
     const plan_t& m = history.plan.back().message;
     text += fmt::format("  plan ({}): {} points, cost {:.1f}, for {} {}\n",
-                        ago(moment - history.plan.back().arrival), m.n, m.cost, m.issuer, m.serial);
+                        ago(moment - history.plan.back().arrival), m.n, m.cost,
+                        printable_line(m.issuer), m.serial);
   }
   return text.empty() ? text : text + "\n";
 }
@@ -168,9 +171,9 @@ std::string mission_text(const MessageHistory& history, Stamp moment) {
   std::string text;
   if (!history.mission_status.empty()) {
     const status_t& m = history.mission_status.back().message;
-    text +=
-        fmt::format("mission ({}): {}{}{}\n", ago(moment - history.mission_status.back().arrival),
-                    m.state, m.reason.empty() ? "" : ": ", m.reason);
+    text += fmt::format(
+        "mission ({}): {}{}{}\n", ago(moment - history.mission_status.back().arrival),
+        printable_line(m.state), m.reason.empty() ? "" : ": ", printable_line(m.reason));
   }
   if (!history.routes.empty()) {
     const routes_t& m = history.routes.back().message;
@@ -207,6 +210,47 @@ std::string events_text(const MessageHistory& history, Stamp begin, Stamp moment
 }
 
 }  // namespace
+
+std::string route_reason(const route_t& route, const routes_t& choice) {
+  const auto chosen = std::find_if(choice.route.begin(), choice.route.end(), [](const route_t& r) {
+    return r.verdict == route_t::VERDICT_CHOSEN;
+  });
+  const bool above = !(route.level_max_m <= choice.alert_limit_m);
+  const std::string level =
+      std::isfinite(route.level_max_m)
+          ? fmt::format("level above the limit of {:.1f} m", choice.alert_limit_m)
+          : std::string("WM predicted no level");
+  const std::string dearer =
+      chosen == choice.route.end()
+          ? std::string("not chosen")
+          : fmt::format("{:.0f} s dearer than the chosen one", route.cost_s - chosen->cost_s);
+  switch (route.verdict) {
+    case route_t::VERDICT_CHOSEN:
+      return above ? "lowest cost; " + level + ", possible with GPS" : "lowest cost";
+    case route_t::VERDICT_DEARER:
+      return dearer;
+    case route_t::VERDICT_ABOVE_LIMIT:
+      return level + (choice.gps != 0 ? "; " + dearer : std::string(": impossible without GPS"));
+    default:
+      return "not judged";
+  }
+}
+
+std::string route_choice_text(const routes_t& choice) {
+  std::string text = fmt::format("with{} GPS, alert limit {:.1f} m, for the task of {}\n",
+                                 choice.gps != 0 ? "" : "out", choice.alert_limit_m,
+                                 printable_line(choice.issuer));
+  if (choice.route.empty()) return text + "no route exists\n";
+  report::Table t{
+      {"route", "weight", "length [m]", "time [s]", "level [m]", "risk", "cost [s]", "reason"}, {}};
+  for (const route_t& r : choice.route) {
+    t.rows.push_back(
+        {std::string(route_verdict_name(r.verdict)), report::fixed(r.poverty_weight, 0),
+         report::fixed(r.length_m, 0), report::fixed(r.time_s, 0), report::fixed(r.level_max_m, 1),
+         report::fixed(r.risk, 3), report::fixed(r.cost_s, 0), route_reason(r, choice)});
+  }
+  return text + to_text(t);
+}
 
 std::string explanation_text(const MessageHistory& history, Stamp begin, Stamp moment) {
   return inputs_text(history, moment) + considered_text(history, moment) +

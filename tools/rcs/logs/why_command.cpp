@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
 #include "tools/rcs/command.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/html_page.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/explanation.h"
 
@@ -12,6 +17,16 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kWhyName = "why";
+constexpr std::string_view kRouteName = "why route";
+constexpr std::string_view kRoute = "route";
+
+/// A time [s], finite and not negative.
+std::optional<double> time_of(const std::string& text) {
+  char* end = nullptr;
+  const double time_s = std::strtod(text.c_str(), &end);
+  const bool good = !text.empty() && *end == '\0' && std::isfinite(time_s) && !std::signbit(time_s);
+  return good ? std::optional(time_s) : std::nullopt;
+}
 
 class Why final : public Command {
  public:
@@ -23,9 +38,17 @@ class Why final : public Command {
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("TIME", time_s_, "time after the first message of the log [s]")
+        ->add_option(
+            "TIME", moment_,
+            "time after the first message of the log [s]; or the word route: the candidate "
+            "routes of every choice of the mission")
+        ->type_name("SECONDS")
         ->required()
-        ->check(CLI::NonNegativeNumber);
+        ->check([](const std::string& text) -> std::string {
+          return text == kRoute || time_of(text)
+                     ? ""
+                     : fmt::format("expected a number, at least 0, or route, not {}", text);
+        });
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Prints the age of the newest message of each sensor; the measurements that WM accepted "
@@ -34,39 +57,49 @@ class Why final : public Command {
         "source\n"
         "status and alerts of WM; the state of the mission, its candidate routes with their "
         "values and\n"
-        "why they were not chosen; the state of BG; the preceding events.\n"
+        "why they were not chosen; the state of BG; the preceding events. With route: the "
+        "candidates "
+        "of\n"
+        "every choice of the mission with length, time, predicted level, verdict and reason.\n"
         "Examples:\n"
         "  rcs drill config/drills/gps/d04_ramp_0_5.toml -o out/d04 --logs\n"
-        "  rcs why out/d04/d04_ramp_0_5.log 49.5");
+        "  rcs why out/d04/d04_ramp_0_5.log 49.5\n"
+        "  rcs why out/mission/drive_1.log route");
   }
 
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return fail(kWhyName, reader.error());
+    const std::optional<double> time_s = time_of(moment_);
     const Result<studies::Explanation> explained = [&] {
       const InterruptGuard interrupt;
       Progress progress(kWhyName, Progress::kSteps);
-      return studies::explain(&reader.value(), from_seconds(time_s_), [&](double share) {
+      const auto proceed = [&](double share) {
         progress.at_share(share);
         return !interrupt.requested();
-      });
+      };
+      return time_s ? studies::explain(&reader.value(), from_seconds(*time_s), proceed)
+                    : studies::explain_routes(&reader.value(), proceed);
     }();
     if (!explained) return fail(kWhyName, explained.error());
     if (!reader->health().good()) {
       fmt::print(stderr, "rcs why: {}: {}\n", log_, reader->health().summary());
     }
     if (json_) {
-      fmt::print("{}", report::json_document(kWhyName, explained->json));
+      fmt::print("{}", report::json_document(time_s ? kWhyName : kRouteName, explained->json));
     } else {
-      fmt::print("{}\nIn the viewer: rcs view {}, then http://127.0.0.1:8765/#t={:.1f}\n",
-                 explained->text, shell_word(log_), time_s_);
+      fmt::print("{}", explained->text);
+      if (time_s) {
+        fmt::print("\nIn the viewer: rcs view {}, then {}\n", shell_word(log_),
+                   report::viewer_link(log_, *time_s));
+      }
     }
     return kExitOk;
   }
 
  private:
   std::string log_;
-  double time_s_ = 0.0;
+  std::string moment_;
   bool json_ = false;
 };
 
