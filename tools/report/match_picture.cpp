@@ -36,23 +36,14 @@ void widen(const Points& points, const Pose& T, int axis, Extent* range) {
   range->high = std::max(range->high, tools::percentile(values, 1.0 - kStray));
 }
 
-Series dots(const std::string& label, Colour colour, const Points& points, const Pose& T, int up) {
-  Series s{label, colour, SeriesStyle::kDots, {}, {}, {}};
-  const std::size_t step = stride(points.size(), kMaxDots);
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    const Vec3 p = T * points[i].cast<double>();
-    s.x.push_back(p.x());
-    s.y.push_back(p[up]);
-  }
-  return s;
-}
-
 bool inside(const Window& w, double x, double y) {
   return x >= w.x_low && x <= w.x_high && y >= w.y_low && y <= w.y_high;
 }
 
 Series pairs(const Points& model, const Points& data, const Pose& T,
-             const std::vector<std::uint32_t>& closest, int up, const Window& window) {
+             const std::vector<std::uint32_t>& closest, Projection projection,
+             const Window& window) {
+  const int up = static_cast<int>(projection);
   Series s{"closest points", Colour::kOrange, SeriesStyle::kHair, {}, {}, {}};
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < data.size(); ++i) {
@@ -93,6 +84,19 @@ Series staircase(const std::string& label, Colour colour, const std::vector<floa
 
 }  // namespace
 
+Series cloud_dots(const std::string& label, Colour colour, const Points& points,
+                  const Pose& T_picture_cloud, Projection projection) {
+  Series s{label, colour, SeriesStyle::kDots, {}, {}, {}};
+  if (points.empty()) return s;
+  const std::size_t step = stride(points.size(), kMaxDots);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const Vec3 p = T_picture_cloud * points[i].cast<double>();
+    s.x.push_back(p.x());
+    s.y.push_back(p[static_cast<int>(projection)]);
+  }
+  return s;
+}
+
 MatchView view_of(const Points& model, const Points& data, const Pose& guess, const Pose& answer) {
   Extent range[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -126,49 +130,45 @@ MatchView view_of(const Points& model, const Points& data, const Pose& guess, co
 std::string match_picture(const std::string& title, const Points& model, const Points& data,
                           const Pose& T_model_data, const std::vector<std::uint32_t>& closest,
                           const MatchView& view) {
-  const auto panel = [&](const std::string& name, const char* y_label, int up, int height_px,
-                         const Window& window) {
+  const auto panel = [&](const std::string& name, const char* y_label, Projection projection,
+                         int height_px, const Window& window) {
     Plot plot;
     plot.title = name;
     plot.x_label = "x [m]";
     plot.y_label = y_label;
     plot.height_px = height_px;
     plot.window = window;
-    plot.series = {dots("model", Colour::kGrey, model, Pose{}, up),
-                   pairs(model, data, T_model_data, closest, up, window),
-                   dots("data", Colour::kBlue, data, T_model_data, up)};
+    plot.series = {cloud_dots("model", Colour::kGrey, model, Pose{}, projection),
+                   pairs(model, data, T_model_data, closest, projection, window),
+                   cloud_dots("data", Colour::kBlue, data, T_model_data, projection)};
     return plot;
   };
   const double aspect =
       (view.above.y_high - view.above.y_low) / (view.above.x_high - view.above.x_low);
   const int height_px = static_cast<int>(std::clamp(100.0 + 800.0 * aspect, 300.0, 800.0));
-  Plot above = panel(title + ": from above", "y [m]", 1, height_px, view.above);
+  Plot above = panel(title + ": from above", "y [m]", Projection::kAbove, height_px, view.above);
   above.equal_scales = true;
-  const Plot side = panel("From the side, heights exaggerated", "z [m]", 2, 260, view.side);
-  Plot detail = panel("From above, magnified", "y [m] ", 1, 440, view.detail);
+  const Plot side =
+      panel("From the side, heights exaggerated", "z [m]", Projection::kSide, 260, view.side);
+  Plot detail = panel("From above, magnified", "y [m] ", Projection::kAbove, 440, view.detail);
   detail.equal_scales = true;
   return render_stacked({above, side, detail});
 }
 
-Plot distance_histogram(const std::vector<float>& before_m, const std::vector<float>& after_m) {
+Plot distance_histogram(const std::vector<NamedDistances>& poses, double max_m) {
   constexpr std::size_t kBins = 60;
-  std::vector<double> all(before_m.begin(), before_m.end());
-  all.insert(all.end(), after_m.begin(), after_m.end());
-  std::sort(all.begin(), all.end());
-  const double bin_m = std::max(0.001, tools::percentile(all, 0.95) / static_cast<double>(kBins));
-  const auto named = [&](const char* when, Colour colour, const std::vector<float>& distances_m) {
-    const tools::Summary s = tools::summarize({distances_m.begin(), distances_m.end()});
-    return staircase(
-        fmt::format("{}: mean {:.1f} cm, median {:.1f} cm", when, 100.0 * s.mean, 100.0 * s.p50),
-        colour, distances_m, bin_m, kBins);
-  };
+  const double bin_m = std::max(0.001, max_m / static_cast<double>(kBins));
   Plot plot;
   plot.title = "Distance of each data point to the closest model point";
   plot.x_label = "distance [cm]";
   plot.y_label = fmt::format("points per {:.2g} cm", 100.0 * bin_m);
   plot.y_from_zero = true;
-  for (Series line :
-       {named("before", Colour::kOrange, before_m), named("after", Colour::kBlue, after_m)}) {
+  for (const NamedDistances& p : poses) {
+    Series line = staircase(p.name, p.colour, p.distance_m, bin_m, kBins);
+    if (poses.size() > 2) {  // their fills would hide one another
+      plot.series.push_back(std::move(line));
+      continue;
+    }
     Series fill = line;
     fill.label.clear();
     fill.style = SeriesStyle::kBand;
@@ -177,6 +177,21 @@ Plot distance_histogram(const std::vector<float>& before_m, const std::vector<fl
     plot.series.push_back(std::move(line));
   }
   return plot;
+}
+
+Plot distance_histogram(const std::vector<float>& before_m, const std::vector<float>& after_m) {
+  std::vector<double> all(before_m.begin(), before_m.end());
+  all.insert(all.end(), after_m.begin(), after_m.end());
+  std::sort(all.begin(), all.end());
+  const auto named = [](const char* when, Colour colour, const std::vector<float>& distance_m) {
+    const tools::Summary s = tools::summarize({distance_m.begin(), distance_m.end()});
+    return NamedDistances{
+        fmt::format("{}: mean {:.1f} cm, median {:.1f} cm", when, 100.0 * s.mean, 100.0 * s.p50),
+        colour, distance_m};
+  };
+  return distance_histogram(
+      {named("before", Colour::kOrange, before_m), named("after", Colour::kBlue, after_m)},
+      tools::percentile(all, 0.95));
 }
 
 }  // namespace rcs::report

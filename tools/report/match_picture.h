@@ -18,6 +18,14 @@ struct MatchView {
   Window detail;  ///< x, y: a few metres in the middle of the data
 };
 
+/// The axes of a picture: x and y, or x and z.
+enum class Projection { kAbove = 1, kSide = 2 };
+
+/// The points of a cloud, of a large cloud every n-th.
+/// @param T_picture_cloud  to the frame of the picture
+[[nodiscard]] Series cloud_dots(const std::string& label, Colour colour, const Points& points,
+                                const Pose& T_picture_cloud, Projection projection);
+
 /// Windows of the dense parts of model and data, without strays.
 [[nodiscard]] MatchView view_of(const Points& model, const Points& data, const Pose& guess,
                                 const Pose& answer);
@@ -29,7 +37,17 @@ struct MatchView {
                                         const std::vector<std::uint32_t>& closest,
                                         const MatchView& view);
 
-/// Histogram of the distances of the data points to their closest model points.
+/// Distances of the data points to their closest model points, at a pose.
+struct NamedDistances {
+  std::string name;  ///< of the pose
+  Colour colour = Colour::kBlue;
+  std::vector<float> distance_m;
+};
+
+/// Histogram of the distances up to `max_m`, in common bins.
+/// @param max_m  above 0
+[[nodiscard]] Plot distance_histogram(const std::vector<NamedDistances>& poses, double max_m);
+/// The same before and after a registration.
 [[nodiscard]] Plot distance_histogram(const std::vector<float>& before_m,
                                       const std::vector<float>& after_m);
 

@@ -82,6 +82,10 @@ Points real_cut(const Points& sweep_ladar) {
   return out;
 }
 
+ImageShape real_cut_shape() {
+  return {kRows, kCols, kLeft_rad, kWidth_rad, kLowest_rad, kHeight_rad};
+}
+
 Points deskew(const importers::Sweep& sweep, const Pose& T_sweep_next) {
   const Vec6 period = log_se3(T_sweep_next);
   Points out;

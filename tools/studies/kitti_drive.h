@@ -10,6 +10,7 @@
 #include "rcs/base/result.h"
 #include "tools/importers/kitti_sweep.h"
 #include "tools/studies/scan_pairs.h"
+#include "tools/studies/scan_picture.h"
 
 namespace rcs::studies {
 
@@ -19,6 +20,8 @@ constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
 /// A range image as in the paper, cut from a sweep of 64 beams: 32 x 180 cells over 80 deg ahead
 /// and -18 to +2 deg of elevation, each with the return nearest to its centre.
 [[nodiscard]] Points real_cut(const Points& sweep_ladar);
+/// The cells of these range images.
+[[nodiscard]] ImageShape real_cut_shape();
 
 /// The points of the sweep, deskewed to the time of its middle.
 /// @param T_sweep_next  motion to the middle of the next sweep, assumed uniform

@@ -60,10 +60,35 @@ TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
 
 TEST_F(Table1Command, ShowsTheCutsOfKittiWhereTheDataAre) {
   if (data_.empty()) GTEST_SKIP() << "RCS_DATA_DIR is not set";
-  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --data " + data_), 0) << messages();
+  const std::string pictures = folder_ + "/figures";
+  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --data " + data_ + " --plot " + pictures), 0)
+      << messages();
+  EXPECT_THAT(text_of(pictures + "/kitti_figure_3c.svg"), HasSubstr("accepted pair"));
+  EXPECT_THAT(text_of(pictures + "/index.html"), HasSubstr("KITTI, figure 2 (a)"));
   EXPECT_THAT(out(), HasSubstr("\n KITTI: "));
   EXPECT_THAT(out(), HasSubstr("KITTI: N trials on sweeps of drive 0005"));
   EXPECT_THAT(messages(), testing::Not(HasSubstr("without real scans")));
+}
+
+TEST_F(Table1Command, DrawsTheFiguresOfThePaper) {
+  const std::string pictures = folder_ + "/new/figures";
+  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --json --plot " + pictures), 0) << messages();
+  EXPECT_EQ(json::parse(out())["sets"].size(), 4U);
+  const std::string page = text_of(pictures + "/index.html");
+  EXPECT_THAT(page, HasSubstr("rcs table1 --pairs 1 --seeds 1 --json --plot"));
+  EXPECT_THAT(page, testing::Not(HasSubstr("KITTI")));
+  for (const char* figure : {"2a", "2b", "2c", "2d", "3a", "3b", "3c", "3d"}) {
+    const std::string name = std::string("simulation_figure_") + figure + ".svg";
+    const std::string svg = text_of(pictures + "/" + name);
+    EXPECT_THAT(svg, HasSubstr("</svg>")) << name;
+    EXPECT_THAT(svg, testing::Not(HasSubstr("nan"))) << name;
+    EXPECT_THAT(page, HasSubstr(name));
+  }
+  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --trial 2 --plot " + pictures), 2);
+  EXPECT_THAT(messages(), HasSubstr("--trial 2: simulation has 1 trials of #1 and 1 of #3"));
+  EXPECT_EQ(rcs("table1 --trial 2"), 2);
+  EXPECT_THAT(messages(), HasSubstr("--plot"));
+  EXPECT_EQ(rcs("table1 --pairs 1 --plot " + folder_ + "/out"), 3);  // a file
 }
 
 TEST_F(Table1Command, ReportsMissingData) {

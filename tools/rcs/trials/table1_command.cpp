@@ -9,13 +9,16 @@
 
 #include "rcs/command_line/config_files.h"
 #include "sim/scenario_file.h"
+#include "tools/base/files.h"
 #include "tools/base/statistics.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
 #include "tools/studies/cloud_match.h"
 #include "tools/studies/kitti_drive.h"
+#include "tools/studies/paper_figures.h"
 #include "tools/studies/scan_pairs.h"
 #include "tools/studies/simulated_scans.h"
 
@@ -183,6 +186,17 @@ class Table1 final : public Command {
         ->add_option("--seeds", seeds_, "number of starts of each pair in #2, #3 and #4")
         ->check(CLI::Range(1, 16))
         ->capture_default_str();
+    CLI::Option* plot =
+        app()
+            ->add_option("--plot", plot_,
+                         "folder for figures 2 and 3 of the paper from these scans: an SVG file "
+                         "each, and index.html with all of them")
+            ->type_name("FOLDER");
+    app()
+        ->add_option("--trial", trial_, "--plot: number of the trial of #1 and of #3, from 1")
+        ->needs(plot)
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Each row: a method (Madhavan and Messina as printed, the same with its errors corrected,\n"
@@ -199,7 +213,13 @@ class Table1 final : public Command {
         "The true motions of KITTI's cuts are those of the whole sweeps, deskewed, by generalized\n"
         "ICP; reference_pairs.csv, which assumes rigid sweeps, is only its guess: two of its six\n"
         "pairs 20 sweeps apart differ by 0.07 and 0.18 m.\n"
-        "Example:\n  rcs table1 --seeds 16 --json > table1.json");
+        "Figures 2 and 3 are trials of #1 and #3, by the method of the paper, corrected, and by\n"
+        "plane: 2 (a), (b) the two range images with the vehicle, (c) after registration, (d)\n"
+        "closest-point distances before and after; 3 (a), (b) before and after, (c) the pairs of\n"
+        "closest points midway, magnified, (d) as 2 (d). They are written before the trials run.\n"
+        "Examples:\n"
+        "  rcs table1 --seeds 16 --json > table1.json\n"
+        "  rcs table1 --plot out/figures");
   }
 
   int run() override {
@@ -229,7 +249,14 @@ class Table1 final : public Command {
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {
       return fail(kTable1Name, Error{path + ": not a scripted drive with a range imager"});
     }
-    const std::vector<std::vector<Row>> rows = rows_of(cuts, *scenario, interrupt);
+    const studies::ScanSet simulated = simulate(*scenario);
+    if (!plot_.empty()) {
+      std::vector<Scans> drawn;
+      if (cuts) drawn.push_back({studies::kitti_source(), &*cuts});
+      drawn.push_back({studies::simulation_source(*scenario, path), &simulated});
+      if (const int status = draw(drawn); status != kExitOk) return status;
+    }
+    const std::vector<std::vector<Row>> rows = rows_of(cuts, simulated, interrupt);
     if (interrupt.requested()) return fail(kTable1Name, Error{"interrupted"});
     json_ ? print_json(rows) : print_table(rows);
     return kExitOk;
@@ -243,12 +270,50 @@ class Table1 final : public Command {
         studies::kKittiDrive);
   }
 
+  [[nodiscard]] studies::ScanSet simulate(const sim::Scenario& scenario) const {
+    const Progress progress(kTable1Name, Progress::kSteps);
+    return studies::simulate_scans(scenario, pairs_);
+  }
+
+  struct Scans {
+    studies::FigureSource source;
+    const studies::ScanSet* set = nullptr;
+  };
+  /// @return exit status
+  [[nodiscard]] int draw(std::vector<Scans> drawn) const {
+    std::vector<studies::FigureSet> sets;
+    for (Scans& scans : drawn) {
+      const std::vector<studies::ScanPair>& pairs = scans.set->pairs;
+      const auto two = studies::trials_of(studies::DataSet::kConsecutive, pairs, seeds_);
+      const auto three = studies::trials_of(studies::DataSet::kMovedBy1m, pairs, seeds_);
+      const auto k = static_cast<std::size_t>(trial_ - 1);
+      if (k >= two.size() || k >= three.size()) {
+        return wrong_usage(kTable1Name,
+                           Error{fmt::format("--trial {}: {} has {} trials of #1 and {} of #3",
+                                             trial_, scans.source.name, two.size(), three.size())});
+      }
+      sets.push_back(studies::paper_figures(std::move(scans.source), *scans.set, two[k], three[k]));
+    }
+    for (const studies::FigureSet& set : sets) {
+      for (const studies::PaperFigure& figure : set.figures) {
+        const Outcome written =
+            tools::write_text(plot_ + "/" + figure.file, report::render_stacked(figure.plots));
+        if (!written) return fail(kTable1Name, written.error());
+      }
+    }
+    const std::string page = plot_ + "/index.html";
+    const Outcome written =
+        tools::write_text(page, studies::paper_figures_page(sets, page_origin()));
+    if (!written) return fail(kTable1Name, written.error());
+    fmt::print(stderr, "rcs table1: {}\n", page);
+    return kExitOk;
+  }
+
   /// Incomplete after Ctrl-C.
   [[nodiscard]] std::vector<std::vector<Row>> rows_of(const std::optional<studies::ScanSet>& cuts,
-                                                      const sim::Scenario& scenario,
+                                                      const studies::ScanSet& simulated,
                                                       const InterruptGuard& interrupt) const {
     Progress progress(kTable1Name, Progress::kSteps);
-    const studies::ScanSet simulated = studies::simulate_scans(scenario, pairs_);
     std::size_t all = 0;
     std::size_t done = 0;
     for (const Printed& printed : kPrinted) {
@@ -355,6 +420,8 @@ class Table1 final : public Command {
   std::string scenario_;
   int pairs_ = 8;
   int seeds_ = 4;
+  std::string plot_;
+  int trial_ = 1;
   bool json_ = false;
 };
 
