@@ -134,7 +134,7 @@ class Drive {
     const auto [y_low, y_high] = std::minmax_element(course_.y.begin(), course_.y.end());
     out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,
                                 *y_high + kBeside_m};
-    out.map = report::CellMap{cell_m_, {}, "obstacle [m]"};
+    out.map = report::CellMap{cell_m_, {}, "obstacle [m]", false};
     const auto show = [&out](double x, double y) {
       if (!std::isfinite(x) || !std::isfinite(y)) return;
       out.window->x_low = std::min(out.window->x_low, x - kBeside_m);

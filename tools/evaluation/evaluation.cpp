@@ -26,14 +26,10 @@ WorldError world_error(const recording::NavRecord& nav, const Pose& T_truthworld
   e.T_truthworld_vehicle = T_truthworld_world * nav.T_world_vehicle;
   e.position_m = e.T_truthworld_vehicle.p - truth.p;
   e.heading_rad = wrap_angle(yaw_of(e.T_truthworld_vehicle.q) - yaw_of(truth.q));
-  const Mat3 R = e.T_truthworld_vehicle.rotation();
-  const Mat3 P_position = R * nav.cov_world_pose.topLeftCorner<3, 3>() * R.transpose();
-  const Mat3 P_attitude = R * nav.cov_world_pose.bottomRightCorner<3, 3>() * R.transpose();
-  e.sigma_m = P_position.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Mat<2> P_horizontal = P_position.topLeftCorner<2, 2>();
-  const Eigen::SelfAdjointEigenSolver<Mat<2>> eigen(P_horizontal, Eigen::EigenvaluesOnly);
-  e.sigma_horizontal_m = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
-  e.sigma_heading_rad = std::sqrt(std::max(0.0, P_attitude(2, 2)));
+  const WorldSigma sigma = world_sigma(e.T_truthworld_vehicle.rotation(), nav.cov_world_pose);
+  e.sigma_m = sigma.position_m;
+  e.sigma_horizontal_m = sigma.horizontal_m;
+  e.sigma_heading_rad = sigma.heading_rad;
   e.nees = nees(pose_error(e.T_truthworld_vehicle, truth), nav.cov_world_pose);
   return e;
 }
@@ -58,6 +54,19 @@ NodeMetrics node_metrics(const recording::NodeRecord& node) {
 }
 
 }  // namespace
+
+WorldSigma world_sigma(const Mat3& R_world_vehicle, const Mat6& cov_world_pose) {
+  const Mat3& R = R_world_vehicle;
+  const Mat3 P_position = R * cov_world_pose.topLeftCorner<3, 3>() * R.transpose();
+  const Mat3 P_attitude = R * cov_world_pose.bottomRightCorner<3, 3>() * R.transpose();
+  const Mat<2> P_horizontal = P_position.topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Mat<2>> eigen(P_horizontal, Eigen::EigenvaluesOnly);
+  WorldSigma sigma;
+  sigma.position_m = P_position.diagonal().cwiseMax(0.0).cwiseSqrt();
+  sigma.horizontal_m = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+  sigma.heading_rad = std::sqrt(std::max(0.0, P_attitude(2, 2)));
+  return sigma;
+}
 
 RunMetrics run_metrics(const recording::RunLog& run) {
   RunMetrics f;
@@ -127,6 +136,12 @@ Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum) {
   Mat3 R;
   for (int i = 0; i < 3; ++i) R.col(i) = (moved(kBase_m * Vec3::Unit(i)) - origin) / kBase_m;
   return {Quat(R).normalized(), origin};
+}
+
+void move_between_worlds(const Geodetic& to, const Geodetic& from, tools::Trajectory* poses) {
+  if (!plausible(to) || !plausible(from)) return;
+  const Pose T_to_from = between_worlds(to, from);
+  for (tools::StampedPose& pose : *poses) pose.T = T_to_from * pose.T;
 }
 
 std::optional<WorldMetrics> world_metrics(const recording::RunLog& run,

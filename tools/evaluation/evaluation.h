@@ -21,6 +21,17 @@ struct TimeInterval {
   [[nodiscard]] bool contains(Stamp t) const { return t >= from && t < to; }
 };
 
+/// Standard deviations of the world pose in the axes of frame world.
+struct WorldSigma {
+  Vec3 position_m = Vec3::Zero();
+  double horizontal_m = 0.0;  ///< in the worst direction
+  double heading_rad = 0.0;
+};
+
+/// @param R_world_vehicle  attitude of the pose
+/// @param cov_world_pose  right perturbation (rho, phi)
+[[nodiscard]] WorldSigma world_sigma(const Mat3& R_world_vehicle, const Mat6& cov_world_pose);
+
 /// Errors of the world pose at one instant and published sigmas, in the axes of frame world of the
 /// truth.
 struct WorldError {
@@ -124,5 +135,9 @@ struct RunMetrics {
 
 /// Frame world of WM in frame world of the truth: tangent planes at different datums.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);
+
+/// Poses in one frame world in that of another datum. A datum that is no place on the earth: as
+/// they were.
+void move_between_worlds(const Geodetic& to, const Geodetic& from, tools::Trajectory* poses);
 
 }  // namespace rcs::evaluation

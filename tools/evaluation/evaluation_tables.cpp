@@ -2,10 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+#include <utility>
+
 namespace rcs::evaluation {
 namespace {
 
 using report::fixed;
+
+constexpr std::pair<std::string_view, std::string_view> kStopMeanings[] = {
+    {"converged", "the pose no longer changes"},
+    {"max iterations", "best pose after the permitted iterations"},
+    {"budget", "best pose within the computing time"},
+    {"limit cycle", "the iterations alternate between poses"},
+    {"too few", "too few pairs of points, no pose"},
+    {"degenerate", "converged, but a direction has no information"},
+    {"empty", "no points, or nothing to match them to"},
+    {"diverged", "too far from the prediction, no pose"},
+    {"seeded", "the scan began a new rolling map"},
+    {"held", "left out to meet a deadline"}};
 
 Json to_json(const tools::Summary& s, double scale) {
   return {{"mean", s.mean * scale}, {"rms", s.rms * scale}, {"p50", s.p50 * scale},
@@ -109,7 +124,10 @@ report::Table scan_table(const RunMetrics& f) {
   for (const auto& [stop, count] : f.stops) t.rows.push_back({stop, std::to_string(count)});
   t.rows.push_back({"scans missing by number", std::to_string(f.scans_missing)});
   t.rows.push_back({"matches to the a priori map", std::to_string(f.prior_matches)});
-  if (f.stops.count("seeded") > 0) t.note = "seeded: the scan began a new rolling map";
+  t.note = "reason for which the registration of a scan ended";
+  for (const auto& [stop, meaning] : kStopMeanings) {
+    if (f.stops.count(std::string(stop)) > 0) t.note += fmt::format("; {}: {}", stop, meaning);
+  }
   return t;
 }
 
@@ -125,7 +143,9 @@ report::Table latency_table(const RunMetrics& f) {
     for (const auto& [stage, ms] : node.stages_ms) add(fmt::format("{}: {}", name, stage), ms, "");
   }
   if (f.chain_ms) add("last facet to nav_state", *f.chain_ms, "");
-  t.note = "per cycle (sp: scan); p50, p99: percentiles; NODE: STAGE is a part of the time of NODE";
+  t.note =
+      "per cycle (sp: scan); p50, p99: percentiles; NODE: STAGE is a part of the time of NODE; "
+      "overruns: cycles that ended after their deadline";
   return t;
 }
 
@@ -136,7 +156,10 @@ report::Table absolute_table(const TrajectoryMetrics& f) {
   t.rows.push_back(
       row("rotation, aligned over position and yaw [deg]", f.yaw.rotation_rad, degrees(1.0), 3));
   t.rows.push_back(row("position, not aligned [m]", f.unaligned.translation_m, 1.0, 3));
-  t.note = "rms: root mean square; p50, p95: percentiles; the aligned errors are the ATE";
+  t.note =
+      "against the given true poses; rms: root mean square; p50, p95: percentiles; aligned: after "
+      "the rigid motion that fits the estimate best to the truth, which gives the absolute "
+      "trajectory error (ATE)";
   return t;
 }
 
@@ -149,7 +172,9 @@ report::Table relative_table(const TrajectoryMetrics& f) {
   };
   add("10 scans", f.per_10_frames);
   for (const RelativeError& e : f.per_length) add(fmt::format("{:g} m", e.length_m), e);
-  t.note = "RPE: error of the motion over a segment, mean over all segments";
+  t.note =
+      "relative pose error (RPE): error of the estimated motion over a segment against the true "
+      "one, mean over all segments; m and deg: at the end of a segment";
   return t;
 }
 
@@ -162,7 +187,10 @@ report::Table world_table(const WorldMetrics& f) {
   add(row("horizontal [m]", f.horizontal_m, 1.0, 3), f.horizontal_within_3_sigma);
   add(row("vertical [m]", f.vertical_m, 1.0, 3), f.vertical_within_3_sigma);
   add(row("heading [deg]", f.heading_rad, degrees(1.0), 3), f.heading_within_3_sigma);
-  t.note = "within 3 sigma: share of the errors within three of the sigmas that WM published";
+  t.note =
+      "against the ground truth (SIM_TRUTH), not aligned; rms: root mean square; p50, p95: "
+      "percentiles; within 3 sigma: share of the errors within three of the standard deviations "
+      "that WM published";
   return t;
 }
 
@@ -179,8 +207,9 @@ report::Table outage_table(const std::vector<OutageMetrics>& outages, Stamp zero
                       fixed(o.drift_percent, 2) + " %", fixed(o.nees_per_dof, 2)});
   }
   t.note =
-      "errors are horizontal; drift: error at the end per distance; NEES/dof: squared error over "
-      "its predicted variance, per degree of freedom, 1 if consistent";
+      "errors are horizontal, against the ground truth (SIM_TRUTH); drift: error at the end in "
+      "percent of the distance driven in the outage; NEES/dof: squared error normalized by the "
+      "published covariance, per degree of freedom: 1 if consistent, more if overconfident";
   return t;
 }
 

@@ -33,15 +33,6 @@ bool denied(const std::vector<TimeInterval>& outages, Stamp stamp) {
                      [stamp](const TimeInterval& i) { return i.contains(stamp); });
 }
 
-std::vector<report::Shade> shades(const std::vector<TimeInterval>& outages, Stamp zero) {
-  std::vector<report::Shade> out;
-  out.reserve(outages.size());
-  for (const TimeInterval& i : outages) {
-    out.push_back({seconds(i.from - zero), seconds(i.to - zero), "no GPS"});
-  }
-  return out;
-}
-
 /// Colour of run i in every plot; orange is reserved for the course without GPS.
 report::Colour colour_of_run(std::size_t i) {
   constexpr report::Colour kOrder[] = {report::Colour::kBlue, report::Colour::kGreen,
@@ -100,6 +91,27 @@ std::vector<HeightSum> coarsened(std::vector<HeightSum> cells) {
 
 }  // namespace
 
+std::string_view frame_name(recording::Frame frame) {
+  switch (frame) {
+    case recording::Frame::kWorld:
+      return "world";
+    case recording::Frame::kLocal:
+      return "local";
+    case recording::Frame::kRolling:
+      break;
+  }
+  return "rolling";
+}
+
+std::vector<report::Shade> outage_shades(const std::vector<TimeInterval>& outages, Stamp zero) {
+  std::vector<report::Shade> out;
+  out.reserve(outages.size());
+  for (const TimeInterval& i : outages) {
+    out.push_back({seconds(i.from - zero), seconds(i.to - zero), "no GPS"});
+  }
+  return out;
+}
+
 report::Plot course_plot(const tools::Trajectory& truth,
                          const std::vector<NamedTrajectory>& estimates,
                          const std::vector<TimeInterval>& outages, recording::Frame frame) {
@@ -157,7 +169,7 @@ std::vector<report::Plot> error_plots(const WorldMetrics& metrics,
     plot.y_label = kind.y_label;
     plot.height_px = 250;
     plot.y_from_zero = kind.magnitude;
-    plot.shades = shades(outages, zero);
+    plot.shades = outage_shades(outages, zero);
     report::Series band{
         "3 sigma of WM", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}};
     report::Series error{"error", report::Colour::kBlue, report::SeriesStyle::kLine, {}, {}, {}};
@@ -183,7 +195,7 @@ report::Plot comparison_plot(const std::vector<std::pair<std::string, const Worl
   plot.x_label = "time [s]";
   plot.y_label = "[m] (log scale)";
   plot.log_y = true;
-  plot.shades = shades(outages, zero);
+  plot.shades = outage_shades(outages, zero);
   for (std::size_t k = 0; k < runs.size(); ++k) {
     report::Series s{runs[k].first, colour_of_run(k), report::SeriesStyle::kLine, {}, {}, {}};
     for (const WorldError& e : runs[k].second->errors) {

@@ -2,6 +2,7 @@
 // The plots of a run.
 
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,14 @@ struct NamedTrajectory {
   std::string name;
   tools::Trajectory poses;
 };
+
+/// "world", "local" or "rolling".
+[[nodiscard]] std::string_view frame_name(recording::Frame frame);
+
+/// The outages as shaded intervals of a time axis.
+/// @param zero  zero of the time axis
+[[nodiscard]] std::vector<report::Shade> outage_shades(const std::vector<TimeInterval>& outages,
+                                                       Stamp zero);
 
 /// The course from above: truth dashed, the first estimate highlighted where GPS was denied.
 /// @param frame  of the poses: world has its axes east and north

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace rcs::evaluation {
@@ -48,6 +49,7 @@ std::vector<LadarPair> ladar_pairs(const std::vector<ComparedRun>& runs, std::si
   std::vector<LadarPair> pairs;
   for (const ComparedRun& with : runs) {
     for (const ComparedRun& without : runs) {
+      if (!with.with_truth || !without.with_truth) continue;
       if (!has_ladar(with) || has_ladar(without)) continue;
       std::vector<std::string> others_fused = others(with.fused[outage]);
       if (others_fused != others(without.fused[outage])) continue;
@@ -64,26 +66,58 @@ std::string labelled(const ComparedRun& run, std::size_t outage) {
   return run.name + ": " + joined(fused, ", ");
 }
 
+std::string first_header(bool denied) {
+  return denied ? "run: sources fused while GPS is denied" : "run: sources fused in the interval";
+}
+
+/// Of runs without a truth.
+report::Table uncertainty_table(const std::vector<ComparedRun>& runs) {
+  report::Table t{{first_header(gps_denied(runs)), "driven [m]", "sigma at the end [m]",
+                   "protection level at the end [m]"},
+                  {}};
+  const auto metres = [](double v) { return std::isfinite(v) ? fixed(v, 2) : std::string("-"); };
+  for (const ComparedRun& run : runs) {
+    if (run.outages.empty()) t.rows.push_back({run.name, "-", "-", "-"});
+    for (std::size_t k = 0; k < run.outages.size(); ++k) {
+      t.rows.push_back({labelled(run, k), fixed(run.outages[k].driven_m, 0),
+                        metres(run.uncertainty[k].sigma_horizontal_m),
+                        metres(run.uncertainty[k].protection_horizontal_m)});
+    }
+  }
+  t.note =
+      "horizontal, as WM published them at the end of the interval; sigma: standard deviation in "
+      "the worst direction; protection level: bound that the error exceeds with a probability of "
+      "0.001; driven: by the estimate; -: not known, or GPS was not denied";
+  return t;
+}
+
 }  // namespace
 
 ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
-                        const WorldMetrics& world, const std::vector<TimeInterval>& outages) {
+                        const RunTrace& trace, const WorldMetrics* world,
+                        const std::vector<TimeInterval>& outages) {
   ComparedRun run;
   run.name = name;
-  run.nees_per_dof = world.nees_per_dof;
-  std::vector<double> with_gps_m;
-  for (const WorldError& e : world.errors) {
-    if (!in_any(outages, e.stamp)) with_gps_m.push_back(e.horizontal_m());
+  run.with_truth = world != nullptr;
+  if (world != nullptr) {
+    run.nees_per_dof = world->nees_per_dof;
+    std::vector<double> with_gps_m;
+    for (const WorldError& e : world->errors) {
+      if (!in_any(outages, e.stamp)) with_gps_m.push_back(e.horizontal_m());
+    }
+    run.with_gps_m = tools::summarize(std::move(with_gps_m));
   }
-  run.with_gps_m = tools::summarize(std::move(with_gps_m));
   for (const TimeInterval& i : outages) {
-    run.outages.push_back(outage_metrics(world, i));
+    OutageMetrics outage;
+    outage.interval = i;
+    if (world == nullptr) outage.driven_m = distance_driven_m(log, i);
+    run.outages.push_back(world != nullptr ? outage_metrics(*world, i) : std::move(outage));
     run.fused.push_back(fused_sources(log, i));
+    run.uncertainty.push_back(uncertainty_at_end(log, trace, i));
   }
   return run;
 }
 
-/// No run fused GPS in the intervals.
 bool gps_denied(const std::vector<ComparedRun>& runs) {
   for (const ComparedRun& run : runs) {
     for (const std::vector<std::string>& fused : run.fused) {
@@ -94,12 +128,14 @@ bool gps_denied(const std::vector<ComparedRun>& runs) {
 }
 
 report::Table comparison_table(const std::vector<ComparedRun>& runs) {
+  const bool without_truth =
+      std::any_of(runs.begin(), runs.end(), [](const ComparedRun& run) { return !run.with_truth; });
+  if (without_truth) return uncertainty_table(runs);
   const bool denied = gps_denied(runs);
-  report::Table t{
-      {denied ? "run: sources fused while GPS is denied" : "run: sources fused in the interval",
-       denied ? "with GPS, rms [m]" : "outside, rms [m]", denied ? "denied: rms [m]" : "rms [m]",
-       "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
-      {}};
+  report::Table t{{first_header(denied), denied ? "with GPS, rms [m]" : "outside, rms [m]",
+                   denied ? "denied: rms [m]" : "rms [m]", "95 % [m]", "max [m]", "at the end [m]",
+                   "rms / distance"},
+                  {}};
   for (const ComparedRun& run : runs) {
     const std::string with_gps = fixed(run.with_gps_m.rms, 2);
     if (run.outages.empty()) t.rows.push_back({run.name, with_gps, "-", "-", "-", "-", "-"});
@@ -113,9 +149,9 @@ report::Table comparison_table(const std::vector<ComparedRun>& runs) {
     }
   }
   t.note =
-      denied
-          ? "horizontal errors; rms: root mean square; 95 %: percentile; -: GPS was not denied"
-          : "horizontal errors; rms: root mean square; 95 %: percentile; outside: of the interval";
+      "horizontal errors against the ground truth (SIM_TRUTH); rms: root mean square; 95 %: "
+      "percentile; rms / distance: rms over the distance driven in the interval; ";
+  t.note += denied ? "-: GPS was not denied" : "outside: of the interval";
   return t;
 }
 
@@ -159,6 +195,16 @@ Json to_json(const ComparedRun& run, Stamp zero) {
     Json outage = to_json(run.outages[k], zero);
     outage["fused"] = run.fused[k];
     json["outages"].push_back(std::move(outage));
+  }
+  if (run.with_truth) return json;
+  for (const char* error : {"with_gps_horizontal_rms_m", "with_gps_horizontal_max_m"}) {
+    json[error] = nullptr;
+  }
+  for (Json& outage : json["outages"]) {
+    for (const char* error : {"start_horizontal_m", "horizontal_m", "end_horizontal_m",
+                              "drift_percent", "nees_per_dof"}) {
+      outage[error] = nullptr;
+    }
   }
   return json;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// One self-contained HTML page: no scripts, no external resources, readable in light and dark.
+// One self-contained HTML page: no external resources, readable in light and dark, and without
+// scripts. One embedded script (plot.js) adds to its plots the values under the pointer and zoom.
 
 #include <string>
 #include <string_view>
@@ -13,7 +14,7 @@ namespace rcs::report {
 /// What made a page; shown below its title.
 struct PageOrigin {
   std::string command;        ///< line
-  std::string configuration;  ///< of the vehicle; empty: none
+  std::string configuration;  ///< of the vehicle; empty: none is named
   std::string program;        ///< name and version
   std::string date;           ///< UTC
 };
@@ -24,11 +25,18 @@ struct Moment {
   double t_s = 0.0;  ///< after the first event of the log
 };
 
+/// The address of a moment in a viewer with its default port. The page of the viewer reports
+/// another log than this one.
+/// @param log  path, also as a word of a shell
+[[nodiscard]] std::string viewer_link(std::string_view log, double t_s);
+
 class HtmlPage {
  public:
   HtmlPage(std::string_view title, const PageOrigin& origin);
 
   void verdict(bool passed, std::string_view text);
+  /// @param text  states why there is none
+  void without_verdict(std::string_view text);
   /// Links to the viewer, which must show the log: the page names the command.
   void moments(std::string_view log, const std::vector<Moment>& moments);
 
@@ -44,6 +52,7 @@ class HtmlPage {
   std::string body_;
   std::string title_;
   std::string origin_;
+  bool has_plots_ = false;
 };
 
 }  // namespace rcs::report

@@ -55,6 +55,7 @@ struct CellMap {
   double cell = 1.0;
   std::vector<Cell> cells;  ///< sorted by j, then i
   std::string value_label;  ///< with unit
+  bool log = false;         ///< logarithmic scale of colours; values are above 0
 };
 
 /// The visible part of the plane.
@@ -89,6 +90,15 @@ struct Plot {
 
 /// About `count` round values (1, 2, 2.5 or 5 times a power of ten) inside [low, high].
 [[nodiscard]] std::vector<double> round_ticks(double low, double high, int count);
+
+/// At most `count` values inside [low, high] for a logarithmic scale: 1, 2 and 5 times the powers
+/// of ten, or powers of ten alone. Less than about a factor of two has the values of round_ticks().
+/// @param low  above 0
+/// @param count  at least 1
+[[nodiscard]] std::vector<double> log_ticks(double low, double high, int count);
+
+/// The text of a tick: at most six significant digits.
+[[nodiscard]] std::string axis_number(double v);
 
 /// @param standalone  with its own style sheet and XML name space, as a file
 [[nodiscard]] std::string render(const Plot& plot, bool standalone);

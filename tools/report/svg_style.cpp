@@ -1,10 +1,31 @@
 // Style of the plots: ticks, and colours in light and dark.
 
-#include "tools/report/svg_plot.h"
+#include <fmt/format.h>
 
 #include <cmath>
+#include <initializer_list>
+
+#include "tools/report/svg_plot.h"
 
 namespace rcs::report {
+namespace {
+
+/// The factors times powers of ten within [low, high].
+std::vector<double> decade_ticks(double low, double high, std::initializer_list<double> factors,
+                                 int decades) {
+  std::vector<double> ticks;
+  const int last = static_cast<int>(std::ceil(std::log10(high)));
+  for (int e = static_cast<int>(std::floor(std::log10(low))); e <= last; ++e) {
+    if (e % decades != 0) continue;
+    for (const double factor : factors) {
+      const double tick = factor * std::pow(10.0, e);
+      if (tick >= low * (1.0 - 1e-9) && tick <= high * (1.0 + 1e-9)) ticks.push_back(tick);
+    }
+  }
+  return ticks;
+}
+
+}  // namespace
 
 std::vector<double> round_ticks(double low, double high, int count) {
   const double rough = (high - low) / count;
@@ -21,6 +42,20 @@ std::vector<double> round_ticks(double low, double high, int count) {
     ticks.push_back(k * step);
   }
   return ticks;
+}
+
+std::vector<double> log_ticks(double low, double high, int count) {
+  const auto most = static_cast<std::size_t>(count);
+  std::vector<double> ticks = decade_ticks(low, high, {1.0, 2.0, 5.0}, 1);
+  if (ticks.size() < 2) return round_ticks(low, high, count);
+  for (int decades = 1; ticks.size() > most; ++decades) {
+    ticks = decade_ticks(low, high, {1.0}, decades);
+  }
+  return ticks;
+}
+
+std::string axis_number(double v) {
+  return fmt::format("{:.6g}", std::abs(v) < 1e-9 ? 0.0 : v);  // no -0, no 1e-17
 }
 
 std::string_view plot_style() {

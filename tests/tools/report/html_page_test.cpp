@@ -29,6 +29,12 @@ TEST(HtmlPage, AVerdictIsVisible) {
   EXPECT_THAT(failed.finish(), HasSubstr("class=\"verdict fail\">Failed: 2 of 3 drills"));
 }
 
+TEST(HtmlPage, WithoutALimitThereIsNoVerdict) {
+  HtmlPage none = page();
+  none.without_verdict("No limit was set.");
+  EXPECT_THAT(none.finish(), HasSubstr("class=\"verdict none\">No limit was set.</p>"));
+}
+
 TEST(HtmlPage, ATableIsExplainedBelowIt) {
   HtmlPage with = page();
   with.table(Table{{"a"}, {{"1"}}, "a: what <a> is"});
@@ -40,8 +46,12 @@ TEST(HtmlPage, MomentsOpenTheViewerAtTheirTime) {
   with.moments("out/run.log", {{"begin of the outage", 60.04}, {"largest error", 97.5}});
   const std::string text = with.finish();
   EXPECT_THAT(text, HasSubstr("<code>rcs view out/run.log</code>"));
-  EXPECT_THAT(text, HasSubstr("<a href=\"http://127.0.0.1:8765/#t=60.0\">begin of the outage, "
-                              "60.0 s</a>, <a href=\"http://127.0.0.1:8765/#t=97.5\">"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("<a href=\"http://127.0.0.1:8765/#t=60.0&amp;log=run.log\">begin of the outage, "
+                "60.0 s</a>, <a href=\"http://127.0.0.1:8765/#t=97.5&amp;log=run.log\">"));
+  EXPECT_EQ(viewer_link("'a/my run&1.log'", 3.0),
+            "http://127.0.0.1:8765/#t=3.0&log=my%20run%261.log");
 }
 
 TEST(HtmlPage, EveryStyledElementExists) {
@@ -50,6 +60,30 @@ TEST(HtmlPage, EveryStyledElementExists) {
   const std::string text = with.finish();
   EXPECT_THAT(text, HasSubstr("<figure><svg"));
   EXPECT_THAT(text, HasSubstr("figure svg{"));
+}
+
+std::size_t count_of(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+TEST(HtmlPage, OneScriptServesAllPlots) {
+  HtmlPage with = page();
+  EXPECT_THAT(with.finish(), Not(HasSubstr("<script"))) << "without a plot";
+  Plot plot;
+  plot.title = plot.x_label = "</script><script>alert(1)</script>";
+  plot.series.push_back({"\"</script>", Colour::kBlue, SeriesStyle::kLine, {0, 1}, {0, 1}, {}});
+  with.plot(plot);
+  with.plot(Plot{});
+  const std::string text = with.finish();
+  EXPECT_EQ(count_of(text, "<script"), 1U) << "labels are escaped";
+  EXPECT_EQ(count_of(text, "</script"), 1U);
+  EXPECT_THAT(text, HasSubstr("data-label=\"&quot;&lt;/script&gt;\""));
+  EXPECT_THAT(text, Not(HasSubstr("<!--")));
+  for (const char* remote : {"src=", "@import", "url(h", "fetch(", "import("}) {
+    EXPECT_THAT(text, Not(HasSubstr(remote)));
+  }
 }
 
 }  // namespace

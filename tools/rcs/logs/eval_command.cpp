@@ -7,6 +7,7 @@
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
+#include "tools/evaluation/run_trace.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/driving_section.h"
 #include "tools/rcs/logs/run_reading.h"
@@ -20,18 +21,6 @@ namespace {
 constexpr std::string_view kEvalName = "eval";
 /// Truth at 10 Hz is still interpolated across one missing sample.
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
-
-std::string_view frame_name(recording::Frame frame) {
-  switch (frame) {
-    case recording::Frame::kWorld:
-      return "world";
-    case recording::Frame::kLocal:
-      return "local";
-    case recording::Frame::kRolling:
-      return "rolling";
-  }
-  return "";
-}
 
 Result<evaluation::PosePairs> pair_by_stamp(const recording::ScanPoses& scans,
                                             const tools::Trajectory& truth) {
@@ -238,13 +227,13 @@ class Eval final : public Command {
     }
 
     evaluation::Json json = {
-        {"run", run_}, {"frame", frame_name(frame)}, {"metrics", to_json(run)}};
+        {"run", run_}, {"frame", evaluation::frame_name(frame)}, {"metrics", to_json(run)}};
     std::vector<report::Table> tables;
     if (pairs) {
       const evaluation::TrajectoryMetrics f = evaluation::trajectory_metrics(*pairs);
       json["trajectory"] = to_json(f);
       tables.push_back(evaluation::absolute_table(f));
-      tables.back().header.front() += fmt::format(", frame {}", frame_name(frame));
+      tables.back().header.front() += fmt::format(", frame {}", evaluation::frame_name(frame));
       tables.push_back(evaluation::relative_table(f));
     }
     if (world) {
@@ -300,7 +289,16 @@ class Eval final : public Command {
     }
     if (report_.empty()) return kExitOk;
 
-    report::HtmlPage page("Run " + run_, page_origin());
+    const Result<evaluation::RunTrace> trace = evaluation::read_trace(run_);
+    const bool named = trace && !trace->configuration.empty();
+    report::HtmlPage page("Run " + run_,
+                          page_origin(named ? trace->configuration : "not recorded in the log"));
+    page.without_verdict("No limit was set; rcs report --min-factor and rcs drill judge.");
+    if (!pairs) {
+      page.paragraph(
+          "Errors are left out: the log has no ground truth (SIM_TRUTH); --truth and --truth-log "
+          "name one.");
+    }
     for (const report::Table& t : tables) page.table(t);
     page.heading("Course");
     page.plot(course);
@@ -308,8 +306,9 @@ class Eval final : public Command {
     if (world) {
       page.heading("Error and predicted sigma of WM");
       page.paragraph(
-          fmt::format("NEES of the world pose, per degree of freedom: {:.2f} (1 for a "
-                      "consistent covariance).",
+          fmt::format("NEES of the world pose, per degree of freedom: {:.2f}. It is the squared "
+                      "error normalized by the published covariance: 1 for a consistent "
+                      "covariance, more for an overconfident one.",
                       world->nees_per_dof));
       for (const report::Plot& p : evaluation::error_plots(*world, outages, zero)) page.plot(p);
     } else if (pairs) {

@@ -230,10 +230,11 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] report::Plot picture(const std::vector<Vec2>& course) const {
     report::Plot plot = report::view_from_above(
-        "Sigma of one scan matched to the map, worst direction (10 m and above: 1)", true, 760);
-    plot.map = report::CellMap{step_m_, {}, "log10 m"};
+        "Sigma of one scan matched to the map, worst direction (10 m and above as 10 m)", true,
+        760);
+    plot.map = report::CellMap{step_m_, {}, "sigma [m]", true};
     for (const Place& p : places_) {
-      plot.map->cells.push_back({p.i, p.j, std::log10(std::min(p.sigma_m, kCoarsest_m))});
+      plot.map->cells.push_back({p.i, p.j, std::min(p.sigma_m, kCoarsest_m)});
     }
     report::Series path{"path", report::Colour::kOrange, report::SeriesStyle::kThickLine, {}, {},
                         {}};

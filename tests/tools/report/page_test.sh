@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# page_test.sh BIN_DIR SOURCE_DIR [PICTURES]: the plots of a page of `rcs report` in a headless Chromium.
+# PICTURES: a folder that keeps the screenshots.
+set -euo pipefail
+bin=$1 source=$2
+for program in chromium node; do
+  if ! command -v "$program" >/dev/null; then
+    echo "SKIPPED, NOT TESTED: the plots of rcs report: no $program; tools/setup --all installs it" >&2
+    exit 77
+  fi
+done
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$bin/rcs" sim "$source/config/sim/drill.toml" --duration 20 --gps-outage 8,6 -o "$folder/drive.log" 2>/dev/null
+"$bin/rcs" replay "$source/config/demo3.toml" "$folder/drive.log" -o "$folder/run.log" >/dev/null 2>&1
+"$bin/rcs" report "$folder/run.log" -o "$folder/page.html" >/dev/null
+"$bin/rcs" log csv "$folder/run.log" --channel WM_NAV_STATE >"$folder/nav.csv"
+"$bin/rcs" log csv "$folder/run.log" --channel SIM_TRUTH >"$folder/truth.csv"
+exec_status=0
+node "$source/tests/tools/report/page_test.mjs" "$folder" "${3:-}" || exec_status=$?
+exit "$exec_status"
