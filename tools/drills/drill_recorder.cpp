@@ -53,9 +53,7 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
   const bool sensor = publishes_on(DrillSource::kAll, channel);
   if (sensor && !record_.begin) {
     // Sensor time: the event stamps of a live log are of another clock (ADR 1).
-    const std::optional<recording::MessageHead> head =
-        recording::read_head(channel, {data, data + size});
-    if (head) {
+    if (const auto head = recording::read_head(channel, data, size)) {
       record_.begin = from_utime(head->utime);
       to_sensor_time_ = *record_.begin - due;
     }

@@ -59,17 +59,15 @@ bool known_channel(std::string_view channel) {
   return channel::with_type_of(channel, [](const auto*) {});
 }
 
-std::optional<MessageHead> read_head(std::string_view channel,
-                                     const std::vector<std::uint8_t>& data) {
+std::optional<MessageHead> read_head(std::string_view channel, const std::uint8_t* data,
+                                     std::size_t size) {
   constexpr std::size_t kHeadBytes = 24;  // fingerprint of the type, utime, seq
   std::int64_t fingerprint = 0;
   const bool known = channel::with_type_of(channel, [&fingerprint](const auto* type) {
     fingerprint = std::remove_pointer_t<decltype(type)>::getHash();
   });
-  if (!known || data.size() < kHeadBytes || read_int64(data.data()) != fingerprint) {
-    return std::nullopt;
-  }
-  return MessageHead{read_int64(data.data() + 8), read_int64(data.data() + 16)};
+  if (!known || size < kHeadBytes || read_int64(data) != fingerprint) return std::nullopt;
+  return MessageHead{read_int64(data + 8), read_int64(data + 16)};
 }
 
 std::optional<Fields> read_fields(std::string_view channel, const std::vector<std::uint8_t>& data) {

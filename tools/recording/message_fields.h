@@ -24,7 +24,11 @@ struct MessageHead {
 
 /// nullopt if the channel is unknown or the bytes are not of its type.
 [[nodiscard]] std::optional<MessageHead> read_head(std::string_view channel,
-                                                   const std::vector<std::uint8_t>& data);
+                                                   const std::uint8_t* data, std::size_t size);
+[[nodiscard]] inline std::optional<MessageHead> read_head(std::string_view channel,
+                                                          const std::vector<std::uint8_t>& data) {
+  return read_head(channel, data.data(), data.size());
+}
 
 /// nullopt if the channel is unknown or the message cannot be decoded.
 [[nodiscard]] std::optional<Fields> read_fields(std::string_view channel,

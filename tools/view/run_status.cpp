@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "lcmtypes/channel_types.h"
+#include "lcmtypes/channels.h"
 #include "lcmtypes/message_names.h"
 
 namespace rcs::view {
@@ -44,6 +45,25 @@ Json to_json(const TopView::Node& n) {
           {"rss_mb", static_cast<double>(n.rss_kb) / 1024.0},
           {"note", n.note},
           {"inputs", std::move(inputs)}};
+}
+
+Json to_json(const TopView::Status& s) {
+  return {{"age_s", seconds(s.received)}, {"status", s.status}, {"state", s.state},
+          {"reason", s.reason},           {"issuer", s.issuer}, {"emergency_stop", s.emergency_stop}};
+}
+
+Json to_json(const TopView::Routes& r) {
+  Json out = {{"age_s", seconds(r.received)},
+              {"candidates", r.candidates},
+              {"alert_limit_m", r.alert_limit_m}};
+  if (r.chosen) {
+    out["chosen"] = {{"length_m", r.chosen->length_m},
+                     {"time_s", r.chosen->time_s},
+                     {"level_max_m", std::isfinite(r.chosen->level_max_m)
+                                         ? Json(r.chosen->level_max_m)
+                                         : Json()}};
+  }
+  return out;
 }
 
 /// Writes samples of the format 0.0.4.
@@ -181,6 +201,10 @@ void write_navigation(const TopView& view, MetricsWriter* out) {
     out->describe("rcs_bg_state", "gauge", "1 for the current state of BG.");
     out->count("rcs_bg_state", label("state", view.status->state), 1);
   }
+  if (view.mission) {
+    out->describe("rcs_mission_state", "gauge", "1 for the current state of the mission.");
+    out->count("rcs_mission_state", label("state", view.mission->state), 1);
+  }
 }
 
 void write_viewer(const ViewerCounts& c, MetricsWriter* out) {
@@ -209,7 +233,8 @@ void write_viewer(const ViewerCounts& c, MetricsWriter* out) {
 
 ChannelSet status_channels() {
   static const ChannelSet kSet =
-      channels_of("*_PROCESS, *_CYCLE, *_EVENT, WM_NAV_STATE, WM_INTEGRITY, GPS_FIX, BG_STATUS");
+      channels_of("*_PROCESS, *_CYCLE, *_EVENT, WM_NAV_STATE, WM_INTEGRITY, GPS_FIX, BG_STATUS, "
+                  "MISSION_STATUS, MISSION_ROUTES");
   return kSet;
 }
 
@@ -229,7 +254,11 @@ void RunStatus::add(const SourceMessage& message) {
     if constexpr (std::is_same_v<T, nav_state_t>) pass(&TopModel::on_nav);
     if constexpr (std::is_same_v<T, integrity_t>) pass(&TopModel::on_integrity);
     if constexpr (std::is_same_v<T, gps_fix_t>) pass(&TopModel::on_fix);
-    if constexpr (std::is_same_v<T, status_t>) pass(&TopModel::on_status);
+    if constexpr (std::is_same_v<T, status_t>) {
+      pass(message.channel == channel::kMissionStatus ? &TopModel::on_mission
+                                                      : &TopModel::on_status);
+    }
+    if constexpr (std::is_same_v<T, routes_t>) pass(&TopModel::on_routes);
   });
 }
 
@@ -275,12 +304,9 @@ Json to_json(const TopView& view) {
                   {"type", view.fix->type},
                   {"satellites", view.fix->satellites}};
   }
-  if (view.status) {
-    const TopView::Status& s = *view.status;
-    out["bg"] = {
-        {"age_s", seconds(s.received)}, {"status", s.status}, {"state", s.state},
-        {"reason", s.reason},           {"issuer", s.issuer}, {"emergency_stop", s.emergency_stop}};
-  }
+  if (view.status) out["bg"] = to_json(*view.status);
+  if (view.mission) out["mission"] = to_json(*view.mission);
+  if (view.routes) out["routes"] = to_json(*view.routes);
   for (const TopView::Event& e : view.events) {
     out["events"].push_back({{"age_s", seconds(e.age)},
                              {"node", e.node},

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lcmtypes/channel_types.h"
+#include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
@@ -68,7 +69,12 @@ void RunTimeline::add(std::string_view channel, const std::uint8_t* data, std::s
     if constexpr (kUsed) {
       T message{};
       const int bytes = static_cast<int>(size);
-      if (message.decode(data, 0, bytes) == bytes) add(message, time);
+      if (message.decode(data, 0, bytes) != bytes) return;
+      if constexpr (std::is_same_v<T, status_t>) {
+        add_state(channel == channel::kMissionStatus ? "mission" : "bg", message, time);
+      } else {
+        add(message, time);
+      }
     }
   });
 }
@@ -197,9 +203,13 @@ void RunTimeline::add(const integrity_t& m, Duration time) {
 
 void RunTimeline::add(const registration_t& m, Duration time) {
   if (m.target != registration_t::TARGET_ROLLING) return;
-  series_["overlap"].add(time, m.overlap);
+  // These two are bad where they are low.
+  const auto lowest = [&](const char* name, double value) {
+    series_.try_emplace(name, ValueSeries::Keep::kSmallest).first->second.add(time, value);
+  };
+  lowest("overlap", m.overlap);
+  lowest("observability", m.observability[0]);
   series_["mean_distance_m"].add(time, m.mean_distance_m);
-  series_["observability"].add(time, m.observability[0]);
   series_["degrade_level"].add(time, m.degrade_level);
 }
 
@@ -246,8 +256,8 @@ void RunTimeline::add(const gps_fix_t& m, Duration time) {
   thin(&fixes_);
 }
 
-void RunTimeline::add(const status_t& m, Duration time) {
-  change("bg", time, evaluation::printable(m.state), evaluation::printable(m.reason));
+void RunTimeline::add_state(const char* lane, const status_t& m, Duration time) {
+  change(lane, time, evaluation::printable(m.state), evaluation::printable(m.reason));
 }
 
 void RunTimeline::add(const event_t& m, Duration time) {

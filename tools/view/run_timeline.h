@@ -82,13 +82,10 @@ class RunTimeline {
   void add(const innovation_t& m, Duration time);
   void add(const registration_t& m, Duration time);
   void add(const gps_fix_t& m, Duration time);
-  void add(const status_t& m, Duration time);
   void add(const event_t& m, Duration time);
   void add(const cycle_t& m, Duration time);
   void add(const truth_t& m, Duration time);
-  template <class T>
-  void add(const T& /*m*/, Duration /*time*/) {}
-
+  void add_state(const char* lane, const status_t& m, Duration time);
   void change(const char* lane, Duration time, std::string value, std::string note = "");
   void add_errors();
   template <class T>

@@ -98,7 +98,10 @@ void Viewer::send_state(WebSocketSession* only, const std::vector<std::uint32_t>
     if (only == nullptr) {
       publish(*topics_.find(id), message.first, message.second);
     } else if (std::find(topics.begin(), topics.end(), id) != topics.end()) {
-      subscribers_.at(only).table.for_each_of(
+      // A client that does not read is dropped, possibly by the answer before.
+      const auto to = subscribers_.find(only);
+      if (to == subscribers_.end()) return;
+      to->second.table.for_each_of(
           id, [&](std::uint32_t sub) { only->send(sub, message.first, message.second); });
     }
   }

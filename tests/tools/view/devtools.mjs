@@ -98,13 +98,14 @@ class Page {
     if (errorText) throw new Error(`${url}: ${errorText}`);
   }
   async key(key, code = 0, modifiers = 0) {
-    const text = key.length === 1 ? key : undefined;
+    const text = key.length === 1 ? key : key === "Enter" ? "\r" : undefined;
     await this.call("Input.dispatchKeyEvent", { type: "keyDown", key, text, windowsVirtualKeyCode: code, modifiers });
     await this.call("Input.dispatchKeyEvent", { type: "keyUp", key, windowsVirtualKeyCode: code, modifiers });
   }
+  async move(x, y) { await this.call("Input.dispatchMouseEvent", { type: "mouseMoved", x, y }); }
   async click(x, y) {
     const at = { x, y, button: "left", clickCount: 1 };
-    await this.call("Input.dispatchMouseEvent", { type: "mouseMoved", x, y });
+    await this.move(x, y);
     await this.call("Input.dispatchMouseEvent", { type: "mousePressed", ...at });
     await this.call("Input.dispatchMouseEvent", { type: "mouseReleased", ...at });
   }

@@ -9,6 +9,8 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "tests/support/fresh_folder.h"
 #include "tools/view/run_timeline.h"
@@ -181,6 +183,17 @@ TEST(ValueSeries, KeepsTheLargestValueOfEachIntervalWithBoundedMemory) {
   EXPECT_LT(series.entries().back().time_s, 1.1e4);
 }
 
+TEST(ValueSeries, KeepsTheSmallestValueOfWhatIsBadWhereItIsLow) {
+  ValueSeries series(ValueSeries::Keep::kSmallest);
+  for (int i = 0; i < 100'000; ++i) {
+    series.add(from_seconds(0.1 * i), i == 54'321 ? 0.05 : 0.6 + 0.1 * std::sin(0.37 * i));
+  }
+  EXPECT_GT(series.halvings(), 1);
+  double smallest = 1.0;
+  for (const ValueSeries::Entry& e : series.entries()) smallest = std::min(smallest, e.value);
+  EXPECT_EQ(smallest, 0.05);
+}
+
 class Timeline : public testing::Test {
  protected:
   template <class T>
@@ -234,6 +247,37 @@ TEST_F(Timeline, LanesHaveTheChangesOnly) {
   ASSERT_EQ(json["lanes"]["mode"].size(), 2U);
   EXPECT_EQ(json["lanes"]["mode"][1][0], 0.5);
   EXPECT_EQ(json["lanes"]["mode"][1][1], "INS_DR");
+}
+
+TEST_F(Timeline, TheMissionHasItsOwnLane) {
+  status_t bg{};
+  bg.state = "DRIVING_NO_GPS";
+  status_t mission{};
+  mission.state = "DRIVING";
+  for (int i = 0; i < 5; ++i) {
+    add("BG_STATUS", bg, i);
+    add("MISSION_STATUS", mission, i + 0.5);
+  }
+  const auto lanes = timeline_.json(Duration{-1})["lanes"];
+  ASSERT_EQ(lanes["bg"].size(), 1U);
+  EXPECT_EQ(lanes["bg"][0][1], "DRIVING_NO_GPS");
+  ASSERT_EQ(lanes["mission"].size(), 1U);
+  EXPECT_EQ(lanes["mission"][0][1], "DRIVING");
+}
+
+TEST_F(Timeline, TheLowestOverlapIsKept) {
+  registration_t m{};
+  m.target = registration_t::TARGET_ROLLING;
+  for (const double overlap : {0.7, 0.1, 0.6}) {
+    m.overlap = overlap;
+    m.observability[0] = 0.01 * overlap;
+    m.mean_distance_m = overlap;
+    add("SP_REGISTRATION", m, 0.05);
+  }
+  const auto series = timeline_.json(Duration{-1})["series"];
+  EXPECT_EQ(series["overlap"]["v"][0], 0.1);
+  EXPECT_EQ(series["observability"]["v"][0], 0.001);
+  EXPECT_EQ(series["mean_distance_m"]["v"][0], 0.7);
 }
 
 TEST_F(Timeline, FixesHaveTheVerdictOfWm) {

@@ -105,11 +105,210 @@ async function keepPicture(page, name) {
   writeFileSync(join(pictures, `${name}.png`), await page.picture());
 }
 
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+const drawn = (page) => page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+
 async function goTo(page, t) {
   await page.evaluate(`rcsView.seek(${t})`);
   await page.until(`Math.abs(rcsView.app.state.t - ${t}) < 1e-3 && rcsView.world.scan !== null`);
-  await new Promise((done) => setTimeout(done, 700)); // what is not of the moment is gone
-  await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+  await wait(700); // what is not of the moment is gone
+  await drawn(page);
+}
+
+async function showPanel(page, name) {
+  await page.evaluate(`document.body.dataset.panel = "${name}"; dispatchEvent(new Event("resize"))`);
+  await drawn(page);
+}
+
+/** Pixels of a color of the palette or of a curve. */
+function ofColor(hex) {
+  const [r, g, b] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  return `(r, g, b) => Math.abs(r - ${r}) + Math.abs(g - ${g}) + Math.abs(b - ${b}) < 60`;
+}
+
+/** The numbers of the pairs panel are those of /api/pairs. */
+async function checkPairsPanel(page, pair) {
+  await showPanel(page, "pairs");
+  await page.until("rcsView.pairs.state === 'ready' && rcsView.pairs.time === rcsView.app.state.t", 20);
+  const rows = await page.evaluate(`Object.fromEntries([...document.querySelectorAll("#panel-pairs table tr")]
+    .map((row) => [...row.cells].map((cell) => cell.textContent)).map(([name, ...values]) => [name, values.join(" | ")]))`);
+  const cm = (v) => `${(100 * v).toFixed(1)} cm`;
+  const median = (d) => [...d].sort((a, b) => a - b)[Math.floor(d.length / 2)];
+  const within = (d) => `${((100 * d.filter((v) => v < 0.1).length) / d.length).toFixed(0)} %`;
+  const { before, after, T_model_data: m } = pair;
+  const expected = {
+    mean: `${cm(before.mean_m)} | ${cm(after.mean_m)}`,
+    median: `${cm(median(before.distance_m))} | ${cm(median(after.distance_m))}`,
+    "points within 10 cm": `${within(before.distance_m)} | ${within(after.distance_m)}`,
+    motion: ` | ${Math.hypot(m[3], m[7], m[11]).toFixed(3)} m, yaw ${((Math.atan2(m[4], m[0]) * 180) / Math.PI).toFixed(2)}°`,
+    "points MODEL, DATA; pairs": `${pair.model.points}, ${pair.data.points} | ${pair.pairs}`,
+    verdict: ` | ${pair.accepted ? "accepted" : "rejected"}`,
+  };
+  for (const [name, value] of Object.entries(expected)) {
+    check(rows[name] === value, `pairs panel, ${name}: ${rows[name]}, of /api/pairs ${value}`);
+  }
+  check((rows.registration ?? "").startsWith(` | ${pair.stop}, ${pair.iterations} iterations`), `pairs panel, registration: ${rows.registration}`);
+  await keepPicture(page, "pairs");
+  await showPanel(page, "all");
+}
+
+/** All plots, each with curves that differ in dash. */
+async function checkPlots(page) {
+  await showPanel(page, "timeline");
+  const { plots, width, height } = await page.evaluate(`({ width: rcsView.timeline.canvas.width, height: rcsView.timeline.canvas.height,
+    plots: rcsView.timeline.plots.map(({ title, top, height, left, right, curves }) => ({ title, top, height, left, right, curves })) })`);
+  check(plots.length >= 5, `plots: ${plots.map((p) => p.title).join(", ")}`);
+  for (const { title, curves } of plots) {
+    const dashes = new Set(curves.map((k) => JSON.stringify(k.dash)));
+    check(dashes.size === curves.length, `${title}: ${curves.length} curves with ${dashes.size} dashes`);
+  }
+  for (const key of ["observability", "overlap", "protection_vertical_m", "error_vertical_m", "limit_vertical_m", "degrade_level"]) {
+    const plot = plots.find((p) => p.curves.some((k) => k.key === key));
+    const n = plot && await page.evaluate(countPixels("timeline",
+      [plot.left / width, (plot.top - 1) / height, plot.right / width, (plot.top + plot.height + 2) / height],
+      ofColor(plot.curves.find((k) => k.key === key).color)));
+    check(n > 100, `${key} is drawn: ${n} pixels in ${plot?.title}`);
+  }
+  const lanes = await page.evaluate("rcsView.timeline.hoverLines(9, 200, 5)");
+  check(lanes.some((l) => l.startsWith("alerts: ")), `lanes at 9 s: ${lanes.join(", ")}`);
+  await keepPicture(page, "timeline");
+  await showPanel(page, "all");
+}
+
+/** Two routes of the mission: the share of each that is drawn, and the reason under the pointer. */
+async function checkRoutes(page, show) {
+  await show(["routes"]);
+  await page.key("2", 50);
+  await page.evaluate(`(() => {
+    const v = rcsView.world;
+    const [x, y] = v.T_world_vehicle.p;
+    const route = (verdict, dx, dy) => ({
+      verdict, length_m: 15, time_s: 5, cost_s: 5, level_max_m: verdict ? 7 : 3, x_m: [x, x + dx], y_m: [y, y + dy],
+    });
+    v.onRoutes({ alert_limit_m: 5, route: [route(0, 15, 0), route(2, 0, -15)] });
+  })()`);
+  await drawn(page);
+  const color = await page.evaluate("rcsView.palette().route");
+  const shares = await page.evaluate(`(() => {
+    const v = rcsView.world;
+    const gl = document.getElementById("gl");
+    const copy = new OffscreenCanvas(gl.width, gl.height).getContext("2d");
+    copy.drawImage(gl, 0, 0);
+    const wanted = ${ofColor(color)};
+    return v.routeLines.map(({ at }) => {
+      const [a, b] = at.map((p) => v.camera.toScreen(v.lastView.matrix, p));
+      let n = 0;
+      for (let i = 30; i < 100; ++i) { // not on the vehicle
+        const [x, y] = [0, 1].map((k) => Math.round(a[k] + (i / 100) * (b[k] - a[k])));
+        const { data } = copy.getImageData(x - 1, y - 1, 3, 3);
+        for (let j = 0; j < data.length; j += 4) if (wanted(data[j], data[j + 1], data[j + 2])) { n += 1; break; }
+      }
+      return n / 70;
+    });
+  })()`);
+  check(shares[0] > 0.97, `the chosen route is solid: ${(100 * shares[0]).toFixed(0)} %`);
+  check(shares[1] > 0.3 && shares[1] < 0.9, `the rejected one is dashed: ${(100 * shares[1]).toFixed(0)} %`);
+  const [x, y] = await page.evaluate(`(() => {
+    const v = rcsView.world;
+    const box = v.canvas.getBoundingClientRect();
+    const [a, b] = v.routeLines[1].at.map((p) => v.camera.toScreen(v.lastView.matrix, p));
+    return [box.left + 0.3 * a[0] + 0.7 * b[0], box.top + 0.3 * a[1] + 0.7 * b[1]];
+  })()`);
+  await page.move(x, y);
+  await page.until("!document.getElementById('tip').hidden", 10);
+  const tip = await page.evaluate("document.getElementById('tip').textContent");
+  check(/route 2 of 2: rejected.*alert limit/.test(tip), `under the pointer: ${tip.split("\n")[0]}`);
+  await page.evaluate("rcsView.world.onRoutes(null)");
+  await page.key("1", 49);
+  await show(null);
+}
+
+/** Keys of controls, of the dialog, of the camera and of the timeline. */
+async function checkKeys(page) {
+  const camera = "(({ yaw, pitch, offset, distance }) => ({ yaw, pitch, offset, distance }))(rcsView.world.camera)";
+  const theme = () => page.evaluate("document.documentElement.dataset.theme");
+  const before = await theme();
+  await page.evaluate("document.getElementById('theme').focus()");
+  await page.key(" ", 32);
+  await wait(500);
+  check(await theme() !== before && !await page.evaluate("rcsView.app.state.playing"), "space on a focused button presses it and does not play");
+  await page.key(" ", 32);
+  await page.evaluate("document.activeElement.blur()");
+  await page.key("?", 191);
+  await page.key("d", 68);
+  await page.key("4", 52);
+  check(await theme() === before && await page.evaluate("rcsView.world.camera.number") === 1, "keys do nothing while the help is open");
+  await page.key("?", 191);
+  check(!await page.evaluate("document.getElementById('help').open"), "? closes it");
+  const start = await page.evaluate(camera);
+  await page.key("j", 74);
+  await page.key("ArrowUp", 38);
+  const turned = await page.evaluate(camera);
+  check(turned.yaw < start.yaw && turned.pitch > start.pitch, "j and up turn the camera");
+  await page.key("K", 75, 8);
+  await page.key("ArrowDown", 40, 8);
+  const moved = await page.evaluate(camera);
+  check(moved.yaw === turned.yaw && moved.pitch === turned.pitch && Math.hypot(...moved.offset) > 0.1, "with shift they move it");
+  await page.key("+", 187);
+  check((await page.evaluate(camera)).distance < moved.distance, "+ brings it nearer");
+  await page.key("1", 49);
+  const range = "rcsView.timeline.to - rcsView.timeline.from";
+  const whole = await page.evaluate(range);
+  await page.key("z", 90);
+  check(Math.abs(await page.evaluate(range) - whole / 2) < 1e-6, "z halves the interval of the timeline");
+  await page.key("0", 48);
+  check(await page.evaluate(range) === whole, "0 shows the whole run");
+  const titles = "rcsView.timeline.plots.map((p) => p.title).join()";
+  const plots = await page.evaluate(titles);
+  await page.key("g", 71);
+  await drawn(page);
+  check(await page.evaluate(titles) !== plots, "g shows the next plots");
+  await page.evaluate("rcsView.timeline.first = 0");
+  // The oldest of the listed events.
+  const event = await page.evaluate(`(() => {
+    const button = [...document.querySelectorAll("#panel-status .events button")].pop();
+    button.focus();
+    return button.dataset.key;
+  })()`);
+  await page.key("Enter", 13);
+  await page.until(`Math.abs(rcsView.app.state.t - ${parseFloat(event)}) < 0.01`, 10);
+  await page.until(`document.activeElement.dataset.key === ${JSON.stringify(event)}`, 10);
+  check(true, `Enter on an event goes to its moment: ${event}`);
+  await page.evaluate("document.activeElement.blur()");
+  const canvases = await page.evaluate(`[...document.querySelectorAll("canvas")]
+    .filter((c) => c.getAttribute("role") !== "img" || !c.getAttribute("aria-label")).length`);
+  check(canvases === 0, "each canvas has a role and a label");
+}
+
+/** A page that connects again does not move the moment of all clients. */
+async function checkReconnection(page) {
+  await goTo(page, 6);
+  await page.evaluate("rcsView.app.source.old = true; rcsView.control.socket.close()");
+  await page.until("!rcsView.app.source.old && rcsView.control.socket.readyState === 1", 20);
+  await wait(500);
+  const t = await page.evaluate("rcsView.app.state.t");
+  check(Math.abs(t - 6) < 1e-3, `after a lost connection the moment is the same: ${t} s`);
+  const hash = await page.evaluate("location.hash");
+  check(hash === "#t=6&log=run.log", `the address has the moment and the log: ${hash}`);
+}
+
+async function checkLinks(page, url) {
+  await page.open("about:blank");
+  await page.open(`${url}?theme=light#t=3&log=other.log`);
+  await page.until("window.rcsView && rcsView.app.state && rcsView.app.timelineLoaded");
+  await wait(500);
+  const text = "document.getElementById('other-log').innerText";
+  check(/other\.log.*run\.log/.test(await page.evaluate(text)) && Math.abs(await page.evaluate("rcsView.app.state.t") - 6) < 1e-3,
+    `the link of another log: ${(await page.evaluate(text)).split("\n")[0]}`);
+  await keepPicture(page, "other_log");
+  await page.evaluate("location.hash = '#t=3&log=run.log'");
+  await page.until("Math.abs(rcsView.app.state.t - 3) < 1e-3", 10);
+  check(await page.evaluate("document.getElementById('other-log').hidden"), "the link of this log opens its moment");
+  await page.open("about:blank");
+  await page.open(`${url}?panel=pairs#t=${MOMENT}`);
+  const state = await page.until("window.rcsView && rcsView.shotState() !== 'loading' && rcsView.shotState()");
+  const shown = await page.evaluate("rcsView.pairs.time");
+  check(state === "ready" && Math.abs(shown - MOMENT) < 1e-3, `the picture of pairs is of the wanted moment: ${state}, ${shown} s`);
 }
 
 async function run() {
@@ -179,7 +378,7 @@ async function run() {
       v.camera.distance = ${expected[0]} * 5;
       v.onChange();
     })()`);
-    await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+    await drawn(page);
     const ellipse = await page.evaluate(ELLIPSE);
     // A filled ellipse with semi-axis a has the second moment a^2 / 4.
     const axes = axesOf(ellipse).map((s) => 2 * s);
@@ -209,13 +408,13 @@ async function run() {
       check(Math.abs(pair[stage].mean_m - registered[key]) < 1e-4,
         `mean distance ${stage} ${pair[stage].mean_m.toFixed(4)} m, rcs register ${registered[key].toFixed(4)} m`);
     }
-    await page.evaluate("document.body.dataset.panel = 'pairs'");
-    await page.until("rcsView.pairs.state === 'ready'", 20);
-    check(/mean/.test(await page.evaluate("document.getElementById('panel-pairs').innerText")), "the pairs panel has its table");
-    await keepPicture(page, "pairs");
-    await page.evaluate("document.body.dataset.panel = 'all'");
+    await checkPairsPanel(page, pair);
+    await checkPlots(page);
+    await checkRoutes(page, show);
 
     // Keyboard and mouse.
+    await checkKeys(page);
+    await goTo(page, MOMENT);
     await page.key(" ", 32);
     await page.until("rcsView.app.state.playing === true", 10);
     await page.until(`rcsView.app.state.t > ${MOMENT + 0.5}`, 20);
@@ -237,9 +436,11 @@ async function run() {
     await page.until("!document.getElementById('why').hidden", 10);
     check(/GPS|WM|inputs/i.test(await page.evaluate("document.getElementById('why-text').innerText")), "a click in the timeline goes to the moment and explains it");
     await page.key("d", 68);
-    await page.evaluate("new Promise((done) => setTimeout(done, 300))");
+    await wait(300);
     check((await page.evaluate("document.documentElement.dataset.theme")) === "dark", "d changes to dark colors");
     await keepPicture(page, "dark");
+    await checkReconnection(page);
+    await checkLinks(page, viewer.url);
 
     check(page.problems.length === 0, `no error on the console ${page.problems.slice(0, 3).join(" | ")}`);
     const foreign = page.addresses.filter((a) => !/^(about:|data:|blob:)/.test(a) && !/^(http|ws):\/\/127\.0\.0\.1:/.test(a));

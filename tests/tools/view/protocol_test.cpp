@@ -118,7 +118,8 @@ TEST(RequestPolicy, PagesOfOtherServersMayNotConnect) {
   }
   for (const char* origin :
        {"null", "https://evil.example", "http://10.0.0.5", "http://10.0.0.5:80",
-        "https://app.example.org.evil.example", "http://localhost.evil.example"}) {
+        "https://app.example.org.evil.example", "http://localhost.evil.example",
+        "http://127.0.0.1.evil.example", "http://127.evil.example:8765"}) {
     EXPECT_FALSE(policy.allows_origin(origin, host)) << origin;
   }
 }

@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
 #include "tools/view/run_status.h"
 
 namespace rcs::view {
@@ -45,6 +46,21 @@ TEST_F(Status, CycleTimesHaveQuantilesOfTheLastSeconds) {
   EXPECT_THAT(text, HasSubstr("rcs_node_cycle_seconds{node=\"sp\",quantile=\"0.99\"} 0.01\n"));
   EXPECT_THAT(text, HasSubstr("rcs_node_cycle_seconds{node=\"sp\",quantile=\"1\"} 0.09\n"));
   EXPECT_THAT(text, HasSubstr("rcs_node_overruns_total{node=\"sp\"} 3\n"));
+}
+
+TEST_F(Status, TheMissionIsNotBg) {
+  status_t bg{};
+  bg.state = "DRIVING_NO_GPS";
+  status_t mission{};
+  mission.state = "RETURNING";
+  add("BG_STATUS", bg, 0.0);
+  add("MISSION_STATUS", mission, 0.1);
+  const std::string text = metrics(0.2);
+  EXPECT_THAT(text, HasSubstr("rcs_bg_state{state=\"DRIVING_NO_GPS\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("rcs_mission_state{state=\"RETURNING\"} 1\n"));
+  const auto json = to_json(status_.view(from_seconds(0.2)));
+  EXPECT_EQ(json["bg"]["state"], "DRIVING_NO_GPS");
+  EXPECT_EQ(json["mission"]["state"], "RETURNING");
 }
 
 TEST_F(Status, AnInfiniteProtectionLevelIsInf) {

@@ -131,6 +131,18 @@ TEST(SendQueue, NeverExceedsItsBytes) {
   EXPECT_LE(queue.bytes(), 100U);
 }
 
+TEST(SendQueue, MessagesMakeRoomForTexts) {
+  SendQueue queue(100);
+  queue.push(1, 10, payload(60));
+  EXPECT_TRUE(queue.push_text(std::string(70, 'a')));
+  EXPECT_EQ(queue.bytes(), 70U);
+  EXPECT_EQ(queue.dropped(), 1);
+  EXPECT_FALSE(queue.push_text(std::string(40, 'b')));
+  EXPECT_EQ(queue.pop()->text, std::string(70, 'a'));
+  EXPECT_TRUE(queue.empty());
+  EXPECT_TRUE(queue.push_text(std::string(100, 'c')));
+}
+
 TEST(SendQueue, ForgetsASubscriptionThatEnded) {
   SendQueue queue(1000);
   queue.push(1, 10, payload(10));

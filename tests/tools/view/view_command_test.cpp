@@ -234,6 +234,7 @@ TEST_F(ViewCommand, AClientThatNeverReadsDelaysNothingAndIsDropped) {
   const long grown_kb = view.resident_kb() - before_kb;
   std::printf("client that never reads: other client at most %.0f ms late, memory +%ld kB\n",
               1e3 * worst_s, grown_kb);
+  EXPECT_LT(worst_s, 3.0) << "far more than a loaded computer delays a client by itself";
   EXPECT_LT(grown_kb, 40'000) << "at most 16 MB wait for a client";
   for (int i = 0; i < 200 && view.metric("rcs_view_clients_dropped_total") < 1.0; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -1,4 +1,4 @@
-// The camera: four views, and orbit, pan and zoom by the mouse.
+// The camera: four views, and orbit, pan and zoom by the mouse or the keys.
 
 import {
   add, cross, lookAt, multiply, orthographic, perspective, project, scale, sub, unit,
@@ -55,6 +55,19 @@ export class Camera {
     this.distance = Math.min(5000, Math.max(0.5, this.distance * factor));
     this.onChange();
   }
+  /** As the mouse drags by so many pixels: turns; in the flat views, or if `pan`, moves. */
+  drag(dx, dy, pan = false) {
+    if (pan || this.view.flat) {
+      const now = this.compute();
+      const flatUp = this.view.flat ? now.up : unit([now.up[0], now.up[1], 0]);
+      this.offset = add(this.offset, sub(scale(flatUp, dy * now.metersPerPixel),
+        scale(now.right, dx * now.metersPerPixel)));
+    } else {
+      this.yaw -= dx * 0.006;
+      this.pitch = Math.min(1.55, Math.max(-0.3, this.pitch + dy * 0.006));
+    }
+    this.onChange();
+  }
   get center() { return add(this.view.follow ? this.target : (this.fixed ?? this.target), this.offset); }
 
   /** @returns {matrix, reference, metersPerPixel at the center, eye} */
@@ -92,26 +105,15 @@ export class Camera {
     let drag = null;
     c.addEventListener("contextmenu", (e) => e.preventDefault());
     c.addEventListener("pointerdown", (e) => {
-      drag = { x: e.clientX, y: e.clientY, pan: e.button !== 0 || e.shiftKey || this.view.flat };
+      drag = { x: e.clientX, y: e.clientY, pan: e.button !== 0 || e.shiftKey };
       c.setPointerCapture(e.pointerId);
     });
     c.addEventListener("pointerup", () => { drag = null; });
     c.addEventListener("pointermove", (e) => {
       if (!drag) return;
-      const dx = e.clientX - drag.x;
-      const dy = e.clientY - drag.y;
+      this.drag(e.clientX - drag.x, e.clientY - drag.y, drag.pan);
       drag.x = e.clientX;
       drag.y = e.clientY;
-      if (drag.pan) {
-        const now = this.compute();
-        const flatUp = this.view.flat ? now.up : unit([now.up[0], now.up[1], 0]);
-        this.offset = add(this.offset, sub(scale(flatUp, dy * now.metersPerPixel),
-          scale(now.right, dx * now.metersPerPixel)));
-      } else {
-        this.yaw -= dx * 0.006;
-        this.pitch = Math.min(1.55, Math.max(-0.3, this.pitch + dy * 0.006));
-      }
-      this.onChange();
     });
     c.addEventListener("wheel", (e) => {
       e.preventDefault();

@@ -1,6 +1,7 @@
 // Colors of data. Ramps are even in lightness (viridis, by Smith and van der Walt, public domain, and
-// cividis by Nunez et al.), and categories are of Okabe and Ito: both are readable with any color
-// vision. Meaning never depends on color alone: lines differ in dash, marks in shape.
+// cividis by Nunez et al.), and categories are of Okabe and Ito and of Tol, some of them darker: both
+// are readable with any color vision. Meaning never depends on color alone: lines differ in dash or
+// width, marks in shape, lanes have texts, and their failures are hatched.
 
 const VIRIDIS = [
   [68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142],
@@ -38,15 +39,15 @@ const LIGHT = {
   background: [0.955, 0.96, 0.967], grid: [0.78, 0.8, 0.83], text: "#1b1f24", faint: "#5b6470",
   line: "#d4d9df", panel: "#ffffff", truth: [0.35, 0.38, 0.42], error: "#1b1f24",
   vehicle: [0.25, 0.29, 0.34], sigma: "#0072b2", level: "#d98200", limit: "#8a8f96",
-  track: "#0072b2", outage: "#cc5500", path: "#aa4499", accepted: "#0072b2", rejected: "#cc3311",
-  untested: "#7a828c",
+  track: "#0072b2", outage: "#cc5500", path: "#aa4499", route: "#117733", accepted: "#0072b2",
+  rejected: "#cc3311", untested: "#7a828c",
 };
 const DARK = {
   background: [0.085, 0.1, 0.118], grid: [0.24, 0.27, 0.31], text: "#e7eaee", faint: "#a0a9b4",
   line: "#363d46", panel: "#1c2127", truth: [0.66, 0.69, 0.73], error: "#f2f4f6",
   vehicle: [0.82, 0.85, 0.89], sigma: "#56b4e9", level: "#f0a500", limit: "#8a929c",
-  track: "#56b4e9", outage: "#ff8c42", path: "#e39bd0", accepted: "#56b4e9", rejected: "#ff6a4d",
-  untested: "#9aa3ad",
+  track: "#56b4e9", outage: "#ff8c42", path: "#e39bd0", route: "#5fd3a5", accepted: "#56b4e9",
+  rejected: "#ff6a4d", untested: "#9aa3ad",
 };
 
 export function palette(dark) { return dark ? DARK : LIGHT; }
@@ -58,7 +59,7 @@ export function rgba(hex, alpha = 1) {
   return [(n >> 16) / 255, ((n >> 8) & 255) / 255, (n & 255) / 255, alpha];
 }
 
-// Modes of WM: from full support (blue) over GPS or LADAR alone to none (dark red, hatched).
+// Modes of WM: from full support (blue) over GPS or LADAR alone to none (dark red).
 export const MODE_COLORS = {
   ALIGN: "#999999", GPS_INS_LADAR: "#0072b2", GPS_INS: "#56b4e9", INS_LADAR: "#e69f00",
   GPS_LADAR: "#009e73", LADAR: "#f0e442", INS_DR: "#d55e00", LOST: "#7a0000",
@@ -71,6 +72,14 @@ export const FIX_COLORS = {
   NONE: "#b8bec6", SINGLE: "#e69f00", DIFFERENTIAL: "#f0e442", RTK_FLOAT: "#56b4e9",
   RTK_FIXED: "#0072b2",
 };
+/** States of BG and of the mission; the others stop the vehicle or report a failure. */
+export const STATE_COLORS = {
+  DRIVING: "#0072b2", DRIVING_NO_GPS: "#e69f00", RETURNING: "#cc79a7", LEAVING_ZONE: "#e69f00",
+  BACKING_OUT: "#e69f00",
+  PLANNING: "#56b4e9", INITIALIZING_HEADING: "#56b4e9", ARRIVED: "#009e73", RETURNED: "#009e73",
+  IDLE: "#b8bec6", HALT: "#b8bec6", RELEASED: "#b8bec6", HOLDING: "#b8bec6",
+};
+export const FAILURE = "#d55e00";
 export const SERIES_COLORS = {
   light: ["#0072b2", "#d98200", "#117733", "#aa4499", "#555e69", "#88651c"],
   dark: ["#56b4e9", "#f0a500", "#5fd3a5", "#e39bd0", "#b9c1ca", "#d9b46a"],

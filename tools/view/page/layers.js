@@ -56,6 +56,8 @@ export function layerControls(element, view, onChange) {
       ...(view.terrainBy === "class" && view.show.terrain
         ? [legend(...CLASSES.map((k) => [small(`<rect width="10" height="10" fill="${css(k.color)}"/>`), k.name]))] : []),
       box("path", "path of BG", line(colors.path)),
+      box("routes", "routes of the mission", line(colors.route)),
+      ...(view.show.routes ? [legend([line(colors.route), "chosen"], [line(colors.route, "5 3"), "rejected"])] : []),
       box("sigma", sigma, svgKey(`<ellipse cx="9" cy="5" rx="8" ry="4" fill="${colors.sigma}" fill-opacity=".6"/>`)),
       box("level", "protection level", svgKey(`<ellipse cx="9" cy="5" rx="8" ry="4" fill="none" stroke="${colors.level}" stroke-width="2"/>`)),
       box("track", "track", line(colors.track)),

@@ -17,27 +17,33 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const KEYS = [
   ["space", "play or pause"], ["← →", "1 s back or on; with shift 10 s"], [", .", "0.1 s back or on"],
   ["Home End", "begin or end of the log"], ["[ ]", "slower or faster"],
-  ...Object.entries(VIEWS).map(([n, v]) => [n, `view: ${v.name}`]), ["+ -", "nearer or farther"],
+  ["z Z 0", "timeline: shorter, longer, whole run"], ["g", "timeline: the next plots, if there is no room for all"],
+  ...Object.entries(VIEWS).map(([n, v]) => [n, `view: ${v.name}`]),
+  ["j k ↑ ↓", "3D: turn; with shift move"], ["+ -", "nearer or farther"],
   ["c", "color of the points: height, age, row, range"], ["t", "terrain: classes, height, none"],
   ["x", "magnify the 3 σ ellipsoid: 1, 10, 100"], ["l", "show or hide the layers"],
   ["e", "explanation of this moment"],
-  ["p", "one panel or all"], ["d", "light or dark"], ["?", "these keys"],
+  ["p", "one panel or all"], ["d", "light or dark"], ["Tab Enter", "next control or event; use it"], ["?", "these keys"],
 ];
 const PANELS = ["all", "3d", "timeline", "status", "pairs"];
+const STEP_PX = 40; // a key moves the camera as the mouse by so much
 
 const app = {
   source: null, state: null, timeline: emptyTimeline(), generation: -1, status: {},
   dirty3d: true, dirtyTimeline: true, statusDirty: true, frames: 0, shownTime: null,
-  world: null, hashTime: hashTime(), explained: null,
+  world: null, linkOpened: false, opening: null, explained: null,
 };
 
 function emptyTimeline() {
   return { series: {}, lanes: {}, events: [], track: [], truth: [], fixes: [] };
 }
-function hashTime() {
-  const match = /[#&]t=(-?[\d.]+)/.exec(location.hash);
-  return match && Number.isFinite(Number(match[1])) ? Number(match[1]) : null;
+/** The address: #t=97.5&log=NAME, a moment and the log to which it belongs; null: not stated. */
+function link() {
+  const parts = new URLSearchParams(location.hash.slice(1));
+  const t = Number.parseFloat(parts.get("t"));
+  return { t: Number.isFinite(t) ? t : null, log: parts.get("log") };
 }
+const fileName = (path) => path.split("/").pop();
 
 // ---- light and dark ---------------------------------------------------------------------------
 function setTheme(dark) {
@@ -84,6 +90,7 @@ const handlers = app.world ? {
   "/rcs/WM_INTEGRITY": (m) => app.world.onIntegrity(m),
   "/rcs/WM_MAP_PATCH": (m) => app.world.onPatch(m),
   "/rcs/BG_PLAN": (m) => app.world.onPlan(m),
+  "/rcs/MISSION_ROUTES": (m) => app.world.onRoutes(m),
   "/sp/points": (m) => app.world.onCloud("sp", m),
   "/ladar/points": (m) => app.world.onCloud("ladar", m),
   "/view/scan_pose": (m) => app.world.onScanPose(m),
@@ -95,15 +102,17 @@ function onControl(m) {
   if (m.op === "source") {
     app.source = m;
     document.body.classList.toggle("live", m.live);
-    $("source").textContent = m.live ? `live: ${m.name}` : m.name.split("/").pop();
+    $("source").textContent = m.live ? `live: ${m.name}` : fileName(m.name);
     $("source").title = m.name;
-    document.title = `rcs view: ${m.live ? "live" : m.name.split("/").pop()}`;
+    document.title = `rcs view: ${m.live ? "live" : fileName(m.name)}`;
     app.generation = -1;
     loadTimeline();
-    if (app.hashTime !== null && !m.live) seek(app.hashTime);
+    // After a lost connection the moment is that of the server: a seek would move all clients.
+    if (!app.linkOpened) openLink();
   } else if (m.op === "state") {
     const jumped = app.state && (m.t < app.state.t - 0.01 || m.t > app.state.t + 3 * m.speed);
     app.state = m;
+    if (app.opening !== null && Math.abs(m.t - app.opening) < 0.05) app.opening = null;
     app.stateAt = performance.now();
     app.statusDirty = true;
     if (jumped) onJump();
@@ -112,6 +121,21 @@ function onControl(m) {
     $("speed").value = String(m.speed);
   } else if (m.op === "error") {
     connectionStatus(m.message, false);
+  }
+}
+
+/** A moment of another log is not opened: here it would be any moment. */
+function openLink() {
+  app.linkOpened = true;
+  const { t, log } = link();
+  const other = log !== null && (app.source.live || fileName(log) !== fileName(app.source.name));
+  $("other-log").hidden = !other;
+  if (other) {
+    $("other-log").firstElementChild.textContent = `The link is to a moment of the log ${fileName(log)}. This viewer shows ` +
+      `${app.source.live ? "the bus" : fileName(app.source.name)}; the moment was not opened.`;
+  } else if (t !== null && !app.source.live) {
+    seek(t);
+    app.opening = app.wanted;
   }
 }
 
@@ -182,6 +206,7 @@ function seek(t) {
   const to = Math.min(app.source.duration_s, Math.max(0, t));
   // One request for each frame is enough while the mouse drags.
   app.wanted = to;
+  app.opening = null;
   if (seekTimer !== null) return;
   seekTimer = setTimeout(() => { seekTimer = null; }, 40);
   send();
@@ -192,7 +217,8 @@ function seek(t) {
     clearTimeout(app.afterSeek);
     app.afterSeek = setTimeout(() => {
       if (app.wanted !== sent) send();
-      history.replaceState(null, "", `${location.pathname}${location.search}#t=${Number(app.wanted.toFixed(2))}`);
+      history.replaceState(null, "", `${location.pathname}${location.search}#t=${Number(app.wanted.toFixed(2))}` +
+        `&log=${encodeURIComponent(fileName(app.source.name))}`);
       loadRecent();
     }, 120);
   }
@@ -226,6 +252,7 @@ $("speed").addEventListener("change", (e) => control.send({ op: "speed", value: 
 $("theme").addEventListener("click", () => { setTheme(!app.dark); localStorage.setItem("rcs-theme", app.dark ? "dark" : "light"); });
 $("help-button").addEventListener("click", showHelp);
 $("why-close").addEventListener("click", toggleExplanation);
+$("other-log").lastElementChild.addEventListener("click", () => { $("other-log").hidden = true; });
 function showHelp() {
   const dialog = $("help");
   if (dialog.open) return dialog.close();
@@ -238,13 +265,19 @@ function showHelp() {
   dialog.showModal();
 }
 addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName) && e.key !== "?") return;
+  if (e.ctrlKey || e.metaKey || e.altKey) return;
+  // A control has its own keys, and an open dialog has all of them.
+  if ((/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName) || $("help").open) && e.key !== "?") return;
+  if (e.target.tagName === "BUTTON" && (e.key === " " || e.key === "Enter")) return;
+  const camera = (dx, dy) => () => app.world?.camera.drag(STEP_PX * dx, STEP_PX * dy, e.shiftKey);
   const now = app.state?.t ?? 0;
   const actions = {
     " ": togglePlay, ArrowLeft: () => seek(now - (e.shiftKey ? 10 : 1)), ArrowRight: () => seek(now + (e.shiftKey ? 10 : 1)),
     ",": () => seek(now - 0.1), ".": () => seek(now + 0.1), Home: () => seek(0), End: () => seek(app.source?.duration_s ?? 0),
     "[": () => changeSpeed(-1), "]": () => changeSpeed(1), "?": showHelp, e: toggleExplanation,
     d: () => $("theme").click(), p: nextPanel, c: () => app.layers?.nextColor(), t: () => app.layers?.nextTerrain(),
+    j: camera(1, 0), J: camera(1, 0), k: camera(-1, 0), K: camera(-1, 0), ArrowUp: camera(0, 1), ArrowDown: camera(0, -1),
+    z: () => timeline.zoom(0.5), Z: () => timeline.zoom(2), 0: () => timeline.setRange(0, timeline.end), g: () => timeline.nextPlots(),
     l: () => app.layers?.toggle(), x: () => app.layers?.nextMagnify(), "+": () => app.world?.camera.zoom(0.8), "-": () => app.world?.camera.zoom(1.25),
   };
   const action = VIEWS[e.key] ? () => app.world?.camera.set(Number(e.key)) : actions[e.key];
@@ -257,15 +290,18 @@ function nextPanel() {
   document.body.dataset.panel = PANELS[(at + 1) % PANELS.length];
   app.dirty3d = app.dirtyTimeline = true;
 }
-// The keys belong to the page again after a control was used.
+// The keys belong to the page again after a control was used by the mouse.
+let byMouse = false;
+addEventListener("pointerdown", () => { byMouse = true; }, true);
+addEventListener("keydown", () => { byMouse = false; }, true);
 for (const kind of ["change", "click"]) {
   document.addEventListener(kind, () => {
-    if (/^(BUTTON|INPUT|SELECT)$/.test(document.activeElement?.tagName) && (kind === "change" || document.activeElement.tagName === "BUTTON")) {
+    if (byMouse && /^(BUTTON|INPUT|SELECT)$/.test(document.activeElement?.tagName) && (kind === "change" || document.activeElement.tagName === "BUTTON")) {
       document.activeElement.blur();
     }
   });
 }
-addEventListener("hashchange", () => { const t = hashTime(); if (t !== null) seek(t); });
+addEventListener("hashchange", () => { if (app.source) openLink(); });
 addEventListener("resize", () => { app.dirty3d = app.dirtyTimeline = true; pairs.draw(); });
 let pointer = null;
 $("gl").addEventListener("pointermove", (e) => { pointer = [e.offsetX, e.offsetY, e.buttons]; app.tipDirty = true; });
@@ -277,8 +313,8 @@ function showTip() {
   tip.hidden = text === "";
   tip.textContent = text;
   if (pointer) {
-    tip.style.left = `${Math.min(pointer[0] + 14, $("gl").clientWidth - 250)}px`;
-    tip.style.top = `${Math.min(pointer[1] + 12, $("gl").clientHeight - 70)}px`;
+    tip.style.left = `${Math.min(pointer[0] + 14, $("gl").clientWidth - tip.offsetWidth - 4)}px`;
+    tip.style.top = `${Math.min(pointer[1] + 12, $("gl").clientHeight - tip.offsetHeight - 4)}px`;
   }
 }
 
@@ -310,7 +346,8 @@ function frame() {
     app.dirtyTimeline = false;
     timeline.draw(ratio);
   }
-  if (app.state && !app.state.playing && visible("panel-pairs") && pairs.time !== app.state.t) pairs.show(app.state.t);
+  const still = app.state && !app.state.playing && app.opening === null;
+  if (still && visible("panel-pairs") && pairs.time !== app.state.t) pairs.show(app.state.t);
   if (app.statusDirty && app.state && visible("panel-status")) {
     app.statusDirty = false;
     showStatus($("panel-status"), app.state, app.timeline.events, app.dark, seek);
@@ -325,14 +362,14 @@ function waitingText() {
 // ---- for tests and pictures ----------------------------------------------------------------------
 const started = performance.now();
 window.rcsView = {
-  app, world: app.world, timeline, pairs, seek, explain, palette: () => palette(app.dark), data,
+  app, world: app.world, timeline, pairs, seek, explain, palette: () => palette(app.dark), data, control,
   /** "ready", "loading", or why there will be no picture. */
   shotState() {
     if (app.failure && document.body.dataset.panel !== "timeline" && document.body.dataset.panel !== "status") return app.failure;
     if (!app.state || !app.timelineLoaded) return "loading";
-    if (app.hashTime !== null && Math.abs(app.state.t - Math.min(app.hashTime, app.source.duration_s)) > 0.05) return "loading";
+    if (app.opening !== null) return "loading";
     const panel = document.body.dataset.panel;
-    if (panel === "pairs") return pairs.time === null ? "loading" : pairs.state;
+    if (panel === "pairs") return pairs.time === app.state.t ? pairs.state : "loading";
     if (panel === "timeline" && !app.explained) { explain(app.state.t); return "loading"; }
     const scanDue = (panel === "all" || panel === "3d") && !app.world.scan && performance.now() - started < 4000;
     app.quiet = (app.quiet ?? 0) + 1;

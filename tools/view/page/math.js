@@ -9,6 +9,20 @@ export const cross = (a, b) =>
 export const norm = (a) => Math.hypot(a[0], a[1], a[2]);
 export const unit = (a) => scale(a, 1 / (norm(a) || 1));
 
+/** The largest of the values, or `least`. A call with all of them as arguments fails for long lists. */
+export function maxOf(values, least = 0) {
+  let max = least;
+  for (const v of values) max = Math.max(max, v);
+  return max;
+}
+
+/** Distance of (x, y) from the line between two points. */
+export function lineDistance([ax, ay], [bx, by], x, y) {
+  const [dx, dy] = [bx - ax, by - ay];
+  const share = Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
+  return Math.hypot(ax + share * dx - x, ay + share * dy - y);
+}
+
 /** Rotation matrix, three rows. */
 export function rotation([w, x, y, z]) {
   return [

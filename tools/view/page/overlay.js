@@ -1,7 +1,9 @@
-// Drawn over the 3D view: fixes of the GPS receiver, scale bar, axes, the color bar and its values.
+// Drawn over the 3D view: fixes of the GPS receiver, names of routes, scale bar, axes, the color bar
+// and its values.
 
 import { palette, rampCss } from "./colors.js";
 import { project } from "./math.js";
+import { drawRouteNames } from "./routes.js";
 
 export function niceStep(rough) {
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -88,6 +90,7 @@ export function drawOverlay(canvas, view, ratio) {
   c.font = '12px system-ui, "Liberation Sans", "DejaVu Sans", sans-serif';
   const colors = palette(view.dark);
   drawFixes(c, view, colors);
+  drawRouteNames(c, view, colors);
   drawAxes(c, view, colors, h);
   drawScaleBar(c, view, colors, w, h);
   if (view.show.grid && view.gridStep) {

@@ -165,19 +165,22 @@ export class PairsPanel {
     this.byWm = 0;
     this.time = null;
     this.state = "loading";
+    this.requests = 0;
   }
   /** Computes and shows the pair of a moment. */
   async show(t) {
     this.time = t;
     this.state = "loading";
+    const request = ++this.requests;
     const response = await fetch(`api/pairs?t=${t}&apart=${this.apart}&wm=${this.byWm}`);
-    if (this.time !== t) return;
+    const content = response.ok ? await response.json() : (await response.text()).trim();
+    if (request !== this.requests) return;
     if (!response.ok) {
-      this.state = (await response.text()).trim();
-      this.panel.replaceChildren(this.controls(), el("p", { class: "warn" }, this.state));
+      this.state = content;
+      this.panel.replaceChildren(this.controls(), el("p", { class: "warn" }, content));
       return;
     }
-    this.pair = await response.json();
+    this.pair = content;
     this.build();
     this.draw();
     this.state = "ready";
@@ -197,7 +200,7 @@ export class PairsPanel {
   build() {
     const { data, model } = this.pair;
     const figure = (name, text) => {
-      const canvas = el("canvas", { class: "figure" });
+      const canvas = el("canvas", { class: "figure", role: "img", "aria-label": text });
       this[name] = canvas;
       return el("figure", {}, canvas, el("figcaption", {}, text));
     };

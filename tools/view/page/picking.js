@@ -1,13 +1,25 @@
-// The values of the point or of the terrain cell under the pointer.
+// The values of the route, the point or the terrain cell under the pointer.
 
-import { rotation, rotate } from "./math.js";
+import { lineDistance, rotation, rotate } from "./math.js";
+import { routeText } from "./routes.js";
 import { FLOATS } from "./shapes.js";
 
 const REACH_PX = 8;
+const LINE_PX = 5;
 
-/** @returns text for the point of the scan, else the cell, within REACH_PX of a position, or "" */
+function routeAt(view, x, y) {
+  if (!view.show.routes) return null;
+  return (view.routeLines ?? []).find(({ at }) => {
+    const s = at.map((p) => view.camera.toScreen(view.lastView.matrix, p));
+    return s.some((p, i) => i > 0 && p && s[i - 1] && lineDistance(s[i - 1], p, x, y) < LINE_PX);
+  })?.route ?? null;
+}
+
+/** @returns text for the route, else the point of the scan, else the cell at a position, or "" */
 export function valueAt(view, x, y) {
   if (!view.lastView) return "";
+  const route = routeAt(view, x, y);
+  if (route) return routeText(view.routes, route);
   const m = view.lastView.matrix;
   let best = { d: REACH_PX ** 2, text: null };
   const look = (p, text) => {

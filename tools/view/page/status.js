@@ -86,12 +86,22 @@ function sourcesBlock(s) {
       ages["prior map"] === null || ages["prior map"] === undefined ? null : line("a priori map", null, "prior map")));
 }
 
-function drivingBlock(s) {
-  if (!s.bg) return null;
-  return el("div", { class: "block" }, el("h2", {}, "driving"),
-    el("div", {}, el("b", {}, s.bg.state), ` (${s.bg.status.toLowerCase()})`),
-    s.bg.reason ? el("div", { class: "warn" }, s.bg.reason) : null,
-    s.bg.emergency_stop && s.bg.emergency_stop !== "none" ? el("div", { class: "error" }, `emergency stop: ${s.bg.emergency_stop}`) : null);
+function routesLine(r) {
+  const c = r.chosen;
+  const level = c && c.level_max_m !== null ? `${number(c.level_max_m, 1)} m` : "infinite";
+  return el("div", { class: "faint" }, `routes: ${r.candidates}; ` + (c
+    ? `chosen: ${number(c.length_m, 0)} m, ${number(c.time_s, 0)} s, protection level ${level}, limit ${number(r.alert_limit_m, 1)} m`
+    : "none is chosen"));
+}
+
+/** @param node BG or the mission: {state, status, reason, emergency_stop} */
+function stateBlock(title, node, more = null) {
+  if (!node) return null;
+  return el("div", { class: "block" }, el("h2", {}, title),
+    el("div", {}, el("b", {}, node.state), ` (${node.status.toLowerCase()})`),
+    node.reason ? el("div", { class: "warn" }, node.reason) : null,
+    node.emergency_stop && node.emergency_stop !== "none" ? el("div", { class: "error" }, `emergency stop: ${node.emergency_stop}`) : null,
+    more);
 }
 
 function nodesBlock(s) {
@@ -118,19 +128,22 @@ function eventsBlock(events, t, onSeek) {
   const classes = ["faint", "warn", "error"];
   return el("div", { class: "block" }, el("h2", {}, "last events"),
     list.length === 0 ? el("div", { class: "faint" }, "none") : el("ul", { class: "events" },
-      ...list.map((e) => el("li", { onclick: () => onSeek(e.t), title: "Go to this moment" },
+      ...list.map((e) => el("li", {}, el("button", { onclick: () => onSeek(e.t), title: "Go to this moment", "data-key": `${e.t} ${e.code}` },
         el("span", { class: classes[e.severity] ?? "" }, `${marks[e.severity] ?? "?"} `),
         el("span", { class: "faint" }, `${e.t.toFixed(1)} s ${e.node} `), el("span", { class: "code" }, e.code),
-        `: ${e.text}`))));
+        `: ${e.text}`)))));
 }
 
 /** Rebuilds the panel. @param state of the control connection; events of the timeline */
 export function showStatus(panel, state, events, dark, onSeek) {
   const s = state.status;
   const scroll = panel.scrollTop;
+  const focused = panel.contains(document.activeElement) ? document.activeElement.dataset.key : null;
   panel.replaceChildren(...[
-    modeBlock(s), integrityBlock(s, palette(dark)), sourcesBlock(s), drivingBlock(s), nodesBlock(s),
+    modeBlock(s), integrityBlock(s, palette(dark)), sourcesBlock(s),
+    stateBlock("mission", s.mission, s.routes ? routesLine(s.routes) : null), stateBlock("driving", s.bg), nodesBlock(s),
     eventsBlock(events, state.t, onSeek),
   ].filter((b) => b));
   panel.scrollTop = scroll;
+  if (focused) [...panel.querySelectorAll("button")].find((b) => b.dataset.key === focused)?.focus({ preventScroll: true });
 }

@@ -1,42 +1,64 @@
 // The timeline: what the system was in (lanes), what it reported (events), bounds against errors,
-// ages and computing times. A click goes to the moment.
+// registration, ages and computing times. A click goes to the moment.
 
-import { palette, MODE_COLORS, STATUS_COLORS, FIX_COLORS, SERIES_COLORS, textOn } from "./colors.js";
+import {
+  palette, FAILURE, FIX_COLORS, MODE_COLORS, SERIES_COLORS, STATE_COLORS, STATUS_COLORS, textOn,
+} from "./colors.js";
+import { maxOf } from "./math.js";
 import { FONT, Plot, timeText, valueBefore } from "./plot.js";
 import { niceStep } from "./overlay.js";
 
 const LEFT = 112;
 const RIGHT = 14;
 const LANE = 15;
-const BG_COLORS = { DRIVING: "#0072b2", PLANNING: "#56b4e9", DONE: "#009e73", IDLE: "#b8bec6", HALTED: "#b8bec6" };
+const byStatus = { color: (v) => STATUS_COLORS[v] ?? "#888888", failure: (v) => v === "quarantine" };
+const byState = { color: (v) => STATE_COLORS[v] ?? FAILURE, failure: (v) => !STATE_COLORS[v] };
+/** `failure`: such values are hatched. */
 const LANES = [
-  { key: "mode", label: "mode of WM", color: (v) => MODE_COLORS[v] ?? "#888888" },
-  { key: "gps", label: "GPS", color: (v) => STATUS_COLORS[v] ?? "#888888" },
-  { key: "ladar", label: "LADAR", color: (v) => STATUS_COLORS[v] ?? "#888888" },
-  { key: "ins", label: "INS", color: (v) => STATUS_COLORS[v] ?? "#888888" },
-  { key: "fix", label: "type of fix", color: (v) => FIX_COLORS[v] ?? "#888888" },
-  { key: "bg", label: "state of BG", color: (v) => BG_COLORS[v] ?? "#d55e00" },
+  { key: "mode", label: "mode of WM", color: (v) => MODE_COLORS[v] ?? "#888888", failure: (v) => v === "LOST" },
+  { key: "gps", label: "GPS", ...byStatus },
+  { key: "ladar", label: "LADAR", ...byStatus },
+  { key: "ins", label: "INS", ...byStatus },
+  { key: "fix", label: "type of fix", color: (v) => FIX_COLORS[v] ?? "#888888", failure: () => false },
+  { key: "alerts", label: "alerts", color: (v) => (v === "none" ? "#b8bec6" : FAILURE), failure: (v) => v !== "none" },
+  { key: "mission", label: "state of mission", ...byState },
+  { key: "bg", label: "state of BG", ...byState },
 ];
 const SEVERITY = ["info", "warning", "error"];
 
-/** Curves of a plot: key of the series, label, color (a name of the palette or an index), dash. */
-const BOUNDS = [
-  ["limit_horizontal_m", "alert limit", "limit", [6, 4], 1.2],
-  ["protection_horizontal_m", "protection level", "level", [], 2],
-  ["sigma3_horizontal_m", "3 σ", "sigma", [], 1.6],
-  ["error_horizontal_m", "true error", "error", [], 1.4],
+/** Curves of a plot: key of the series, label, color (a name of the palette or an index), width. */
+const bounds = (axis) => [
+  [`protection_${axis}_m`, "protection level", "level", 2], [`sigma3_${axis}_m`, "3 σ", "sigma", 1.6],
+  [`error_${axis}_m`, "true error", "error", 1.6], [`limit_${axis}_m`, "alert limit", "limit", 1.2],
+];
+const REGISTRATION = [
+  ["overlap", "overlap of the scan", 0], ["observability", "observability", 1],
+  ["mean_distance_m", "mean distance [m]", 3],
 ];
 const AGES = [
-  ["age_gps_s", "GPS", 0, []], ["age_rolling_map_s", "LADAR", 1, []],
-  ["age_odometry_s", "odometry", 2, [5, 3]], ["age_ins_s", "INS", 3, [2, 2]],
-  ["age_prior_map_s", "a priori map", 4, [8, 3]],
+  ["age_gps_s", "GPS", 0], ["age_rolling_map_s", "LADAR", 1], ["age_odometry_s", "odometry", 2],
+  ["age_ins_s", "INS", 3], ["age_prior_map_s", "a priori map", 4],
 ];
-const QUALITY = [
-  ["overlap", "overlap of the scan", 0, []], ["gps_test_ratio", "test ratio GPS", 1, [5, 3]],
-  ["ladar_test_ratio", "test ratio LADAR", 3, [2, 2]],
+const TESTS = [
+  ["gps_test_ratio", "GPS", 0], ["ladar_test_ratio", "LADAR", 1],
+  ["degrade_level", "degrade level of SP", 3],
 ];
-const NODES = ["sp", "wm", "bg", "gateway"];
-const DASHES = [[], [5, 3], [2, 2], [8, 3]];
+const NODES = ["sp", "wm", "bg", "mission", "gateway", "ros2_bridge"]
+  .map((node, i) => [`cycle_${node}_ms`, node, i]);
+const meters = { unit: "m", log: true, low: 0.01, high: 100 };
+const PLOTS = [
+  { title: "horizontal position [m]", ...meters, list: bounds("horizontal") },
+  { title: "vertical position [m]", ...meters, list: bounds("vertical") },
+  { title: "registration", unit: "", log: true, low: 1e-4, high: 1, list: REGISTRATION },
+  { title: "age of measurements [s]", unit: "s", log: true, low: 0.01, high: 100, list: AGES },
+  { title: "computing time [ms]", unit: "ms", log: true, low: 0.1, high: 1000, list: NODES },
+  { title: "test ratios (limit 1), degrade level", unit: "", log: false, low: 0, least: 1.5, list: TESTS },
+  { title: "speed [m/s]", unit: "m/s", log: false, low: 0, least: 1, list: [["speed_mps", "speed", 0]] },
+];
+/** Each curve of a plot has its own. */
+const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3], [14, 4], [4, 6]];
+const SAMPLE = 34; // of a curve, in the legend [px]
+const MIN_PLOT = 52; // with its title [px]
 
 export class Timeline {
   /** @param onSeek called with the time of a click; onRange when the shown interval changes */
@@ -50,6 +72,7 @@ export class Timeline {
     this.to = 10;
     this.end = 10;
     this.zoomed = false;
+    this.first = 0; // of the plots, if there is no room for all
     this.dark = false;
     this.hover = null;
     this.layer = document.createElement("canvas");
@@ -58,7 +81,7 @@ export class Timeline {
   /** What does not change with the time is drawn once. */
   get key() {
     return [this.from, this.to, this.end, this.dark, this.canvas.clientWidth, this.canvas.clientHeight,
-      devicePixelRatio, this.version].join();
+      devicePixelRatio, this.version, this.first].join();
   }
   setData(data, end) {
     this.data = data;
@@ -92,11 +115,17 @@ export class Timeline {
     c.addEventListener("pointerleave", () => { this.hover = null; this.onChange(); });
     c.addEventListener("wheel", (e) => {
       e.preventDefault();
-      const at = this.timeAt(e.offsetX);
-      const k = Math.exp(e.deltaY * 0.0015);
-      this.setRange(at - (at - this.from) * k, at + (this.to - at) * k);
+      this.zoom(Math.exp(e.deltaY * 0.0015), this.timeAt(e.offsetX));
     }, { passive: false });
     c.addEventListener("dblclick", () => this.setRange(0, this.end));
+  }
+  /** The shown interval becomes k times as long; the time `at`, else the moment, stays where it is. */
+  zoom(k, at = this.time >= this.from && this.time <= this.to ? this.time : 0.5 * (this.from + this.to)) {
+    this.setRange(at - (at - this.from) * k, at + (this.to - at) * k);
+  }
+  nextPlots() {
+    this.first = this.hidden ? this.first + this.plots.length : 0;
+    this.onChange();
   }
   setRange(from, to) {
     const span = Math.min(this.end, Math.max(0.5, to - from));
@@ -143,6 +172,12 @@ export class Timeline {
     top += 20;
     this.plots = this.layoutPlots(top, h - 20);
     for (const plot of this.plots) this.drawPlot(c, colors, plot);
+    if (this.plots.length < this.total) {
+      c.fillStyle = colors.faint;
+      c.textAlign = "right";
+      c.fillText(`plots ${this.first + 1}–${this.first + this.plots.length} of ${this.total} (g)`, LEFT - 16, h - 3);
+      c.textAlign = "left";
+    }
     this.drawTimeAxis(c, colors, h - 18);
   }
   drawLane(c, colors, lane, top) {
@@ -162,12 +197,16 @@ export class Timeline {
       if (until < this.from || t > this.to) continue;
       const [a, b] = [this.x(t), this.x(until)];
       const color = lane.color(value);
+      const [left, right] = [Math.max(a, LEFT), Math.min(Math.max(b, a + 1), this.width - RIGHT)];
       c.fillStyle = color;
-      c.fillRect(a, top, Math.max(1, b - a), LANE);
-      const shown = Math.max(a, LEFT) + 4;
-      if (c.measureText(value).width < Math.min(b, this.width - RIGHT) - shown - 3) {
+      c.fillRect(left, top, right - left, LANE);
+      if (lane.failure(value)) hatch(c, textOn(color), left, top, right - left, LANE);
+      const width = c.measureText(value).width;
+      if (width < right - left - 7) {
+        c.fillStyle = color;
+        c.fillRect(left + 2, top, width + 4, LANE);
         c.fillStyle = textOn(color);
-        c.fillText(value, shown, top + 11.5);
+        c.fillText(value, left + 4, top + 11.5);
       }
     }
     c.restore();
@@ -200,24 +239,19 @@ export class Timeline {
     const series = this.data.series;
     const light = SERIES_COLORS[this.dark ? "dark" : "light"];
     const colors = palette(this.dark);
-    const curves = (list) => list.filter(([key]) => series[key]?.t.length).map(([key, label, color, dash, width]) =>
-      ({ key, label, color: typeof color === "number" ? light[color] : colors[color], dash, width }));
-    const nodes = NODES.filter((n) => series[`cycle_${n}_ms`]).map((n, i) =>
-      [`cycle_${n}_ms`, n, i, DASHES[i]]);
-    const specs = [
-      { title: "horizontal position [m]", unit: "m", log: true, low: 0.01, high: 100, curves: curves(BOUNDS) },
-      { title: "age of measurements [s]", unit: "s", log: true, low: 0.01, high: 100, curves: curves(AGES) },
-      nodes.length
-        ? { title: "computing time [ms]", unit: "ms", log: true, low: 0.1, high: 1000, curves: curves(nodes) }
-        : { title: "registration, tests", unit: "", log: false, low: 0, high: 1.5, curves: curves(QUALITY) },
-      { title: "speed [m/s]", unit: "m/s", log: false, low: 0, high: 1, auto: true, curves: curves([["speed_mps", "speed", 0, []]]) },
-    ].filter((s) => s.curves.length);
+    const curves = (list) => list.map(([key, label, color, width], i) =>
+      ({ key, label, color: typeof color === "number" ? light[color] : colors[color], dash: DASHES[i], width }))
+      .filter(({ key }) => series[key]?.t.length);
+    const specs = PLOTS.map((plot) => ({ ...plot, curves: curves(plot.list) })).filter((s) => s.curves.length);
     const room = bottom - top;
-    const count = Math.max(1, Math.min(specs.length, Math.floor(room / 52)));
+    const count = Math.max(1, Math.min(specs.length, Math.floor(room / MIN_PLOT)));
     const height = room / count;
-    return specs.slice(0, count).map((spec, i) => {
-      if (spec.auto) spec.high = Math.max(1, 1.1 * Math.max(...spec.curves.map((k) => maxOf(series[k.key].v))));
+    this.first = Math.max(0, Math.min(this.first, specs.length - count));
+    this.hidden = specs.length - this.first - count; // after the shown ones
+    this.total = specs.length;
+    return specs.slice(this.first, this.first + count).map((spec, i) => {
       if (spec.log) this.fitLog(spec, series);
+      else spec.high = Math.max(spec.least, 1.1 * Math.max(...spec.curves.map((k) => maxOf(series[k.key].v))));
       return new Plot({ ...spec, top: top + i * height + 15, height: height - 21, left: LEFT, right: this.width - RIGHT });
     });
   }
@@ -250,11 +284,11 @@ export class Timeline {
       c.strokeStyle = curve.color;
       c.lineWidth = 2;
       c.setLineDash(curve.dash);
-      c.beginPath(); c.moveTo(x, plot.top - 8); c.lineTo(x + 20, plot.top - 8); c.stroke();
+      c.beginPath(); c.moveTo(x, plot.top - 8); c.lineTo(x + SAMPLE, plot.top - 8); c.stroke();
       c.setLineDash([]);
       c.fillStyle = colors.text;
-      c.fillText(curve.label, x + 24, plot.top - 4);
-      x += 24 + c.measureText(curve.label).width + 12;
+      c.fillText(curve.label, x + SAMPLE + 4, plot.top - 4);
+      x += SAMPLE + c.measureText(curve.label).width + 16;
     }
   }
   drawTimeAxis(c, colors, y) {
@@ -326,8 +360,15 @@ export class Timeline {
   }
 }
 
-function maxOf(values) {
-  let max = 0;
-  for (const v of values) max = Math.max(max, v);
-  return max;
+function hatch(c, color, x, y, w, h) {
+  c.save();
+  c.beginPath();
+  c.rect(x, y, w, h);
+  c.clip();
+  c.strokeStyle = color;
+  c.lineWidth = 1;
+  c.beginPath();
+  for (let at = x - h; at < x + w; at += 6) { c.moveTo(at, y + h); c.lineTo(at + h, y); }
+  c.stroke();
+  c.restore();
 }

@@ -1,14 +1,15 @@
-// The 3D view: the newest scan and those before it, terrain, path, vehicle, uncertainty, track and
-// fixes, in frame world (east, north, up).
+// The 3D view: the newest scan and those before it, terrain, path, routes, vehicle, uncertainty, track
+// and fixes, in frame world (east, north, up).
 
 import { palette, rgba, RAMPS, rampColor } from "./colors.js";
 import { Renderer } from "./gl.js";
 import { Camera } from "./camera.js";
 import { cloudPoints, stampKey, stampSeconds, thinned } from "./cdr.js";
 import {
-  apply, compose, eigenSymmetric3, identityPose, inverse, poseMatrix, rotation, yawOf,
+  apply, compose, eigenSymmetric3, identityPose, inverse, maxOf, poseMatrix, rotation, yawOf,
 } from "./math.js";
 import { updateGrid, updateTrack } from "./ground_lines.js";
+import { updateRoutes } from "./routes.js";
 import { circle, cylinderMesh, sphereMesh, terrainMesh, vehicleMesh } from "./shapes.js";
 
 // Points take most of the time of a software renderer: 16 scans before the newest are kept.
@@ -18,6 +19,8 @@ const MAX_RECENT_POINTS = 900; // of a scan, when it is no longer the newest
 const RECENT_S = 6;
 const JUMP_MS = 600;
 const HEIGHT_RANGE = [-2, 3]; // of points against the vehicle [m]
+const ROWS = 32; // of a LADAR, while there is no scan
+const DASH_PX = 8; // dashes are not shorter on the screen
 
 const poseOf = (q, p) => ({ q: [...q], p: [...p] });
 const rosPose = ({ position: p, orientation: o }) =>
@@ -32,7 +35,7 @@ export class WorldView {
     this.camera = new Camera(canvas, onChange);
     this.dark = false;
     this.show = {
-      scan: true, recent: true, terrain: true, path: true, track: true, truth: true, fixes: true,
+      scan: true, recent: true, terrain: true, path: true, routes: true, track: true, truth: true, fixes: true,
       sigma: true, level: true, grid: true, vehicle: true,
     };
     this.cloud = "sp";
@@ -55,12 +58,12 @@ export class WorldView {
   jump() {
     this.poses.clear();
     this.clouds.clear();
-    const before = ["nav", "integrity", "plan", "patch", "scan"].map((name) => [name, this[name]]);
+    const before = ["nav", "integrity", "plan", "routes", "patch", "scan"].map((name) => [name, this[name]]);
     clearTimeout(this.jumpTimer);
     this.jumpTimer = setTimeout(() => {
       for (const [name, value] of before) if (this[name] === value) this[name] = null;
       if (!this.nav) this.T_world_vehicle = null;
-      this.patchDirty = this.pathDirty = true;
+      this.patchDirty = this.pathDirty = this.routesDirty = true;
       this.onChange();
     }, JUMP_MS);
   }
@@ -74,9 +77,11 @@ export class WorldView {
     this.T_world_vehicle = null;
     this.integrity = null;
     this.plan = null;
+    this.routes = null;
     this.patch = null;
     this.patchDirty = true;
     this.pathDirty = true;
+    this.routesDirty = true;
     this.scanCount = 0;
   }
 
@@ -93,6 +98,7 @@ export class WorldView {
   }
   onIntegrity(m) { this.integrity = m; this.onChange(); }
   onPlan(m) { this.plan = m; this.pathDirty = true; this.onChange(); }
+  onRoutes(m) { this.routes = m; this.routesDirty = true; this.onChange(); }
   onPatch(m) { this.patch = m; this.patchDirty = true; this.onChange(); }
   onTf(m) {
     const mount = m.transforms.find((t) => t.child_frame_id === "ladar");
@@ -126,6 +132,7 @@ export class WorldView {
     const T_vehicle_cloud = kind === "ladar" ? this.T_vehicle_ladar : identityPose();
     this.scan = {
       key, kind, stamp: stampSeconds(cloud.header.stamp), ...points,
+      last_row: points.ring ? maxOf(points.ring, 1) : ROWS - 1,
       T_world_vehicle: T, T_world_cloud: compose(T, T_vehicle_cloud), time: this.time,
     };
     this.scanCount += 1;
@@ -212,7 +219,7 @@ export class WorldView {
     return [i.protection_horizontal_m, i.protection_vertical_m];
   }
   pointRange() {
-    if (this.colorBy === "ring") return [0, Math.max(1, ...(this.scan?.ring ?? [31]))];
+    if (this.colorBy === "ring") return [0, this.scan?.last_row ?? ROWS - 1];
     if (this.colorBy === "range") return [0, 60];
     if (this.colorBy === "age") return [RECENT_S, 0];
     const z = this.T_world_vehicle?.p[2] ?? 0;
@@ -295,7 +302,6 @@ export class WorldView {
       const w = apply(this.T_world_local, [...p.p_m]);
       return [w[0], w[1], w[2] + 0.05];
     });
-    this.pathEnd = at[at.length - 1];
     this.pathSet = this.renderer.makeLines(at.slice(1).map((p, i) => [at[i], p, tint]));
   }
   draw(ratio) {
@@ -306,6 +312,7 @@ export class WorldView {
     this.updateRecent();
     this.updateTerrain();
     this.updatePath();
+    updateRoutes(this);
     updateTrack(this);
     updateGrid(this);
     const view = this.camera.compute();
@@ -319,12 +326,17 @@ export class WorldView {
         alpha: 1,
       });
     }
-    if (this.show.truth) r.drawLines(this.truthSet, { width: 2 * ratio, dash_m: 2 });
+    const dash = (length_m) => Math.max(length_m, DASH_PX * view.metersPerPixel);
+    if (this.show.truth) r.drawLines(this.truthSet, { width: 2 * ratio, dash_m: dash(2) });
     if (this.show.track) {
       r.drawLines(this.trackSet, { width: 2.5 * ratio });
-      r.drawLines(this.outageSet, { width: 3.5 * ratio, dash_m: 1.2 });
+      r.drawLines(this.outageSet, { width: 3.5 * ratio, dash_m: dash(1.2) });
     }
     this.drawClouds(ratio);
+    if (this.show.routes) {
+      r.drawLines(this.rejectedSet, { width: 2 * ratio, dash_m: 1.5 * dash(2), over: true });
+      r.drawLines(this.chosenSet, { width: 3 * ratio, over: true });
+    }
     if (this.show.path) r.drawLines(this.pathSet, { width: 4 * ratio, over: true });
     if (this.T_world_vehicle) this.drawVehicle(ratio, colors);
     if (this.scan && this.firstPicture_ms === null) this.firstPicture_ms = performance.now();

@@ -15,8 +15,10 @@ bool is_ip_address(std::string_view name) {
   });
 }
 
+// "127.0.0.1.example.org" is a name that its owner can resolve to any address.
 bool is_loopback(std::string_view name) {
-  return name == "localhost" || name == "::1" || name.substr(0, 4) == "127.";
+  return name == "localhost" || name == "::1" ||
+         (is_ip_address(name) && name.substr(0, 4) == "127.");
 }
 
 bool starts_with(std::string_view text, std::string_view begin) {

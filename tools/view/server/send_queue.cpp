@@ -23,6 +23,10 @@ void SendQueue::push(std::uint32_t subscription, std::uint64_t time_ns, Payload 
     bytes_ += size;
     data_.push_back({"", subscription, time_ns, std::move(payload)});
   }
+  shed();
+}
+
+void SendQueue::shed() {
   while (bytes_ > max_bytes_ && !data_.empty()) {
     ++dropped_;
     erase(data_.begin());
@@ -30,11 +34,11 @@ void SendQueue::push(std::uint32_t subscription, std::uint64_t time_ns, Payload 
 }
 
 bool SendQueue::push_text(std::string text) {
-  std::size_t waiting = text.size();
-  for (const std::string& t : texts_) waiting += t.size();
-  if (waiting > max_bytes_) return false;
+  if (text_bytes_ + text.size() > max_bytes_) return false;
+  text_bytes_ += text.size();
   bytes_ += text.size();
   texts_.push_back(std::move(text));
+  shed();
   return true;
 }
 
@@ -44,6 +48,7 @@ std::optional<Outgoing> SendQueue::pop() {
     out.emplace();
     out->text = std::move(texts_.front());
     texts_.pop_front();
+    text_bytes_ -= out->text.size();
     bytes_ -= out->text.size();
   } else if (!data_.empty()) {
     out = std::move(data_.front());

@@ -29,6 +29,7 @@ class SendQueue {
   /// Replaces the message of the same subscription that waits, in its place. If the bytes exceed
   /// the limit, the messages that wait longest are dropped.
   void push(std::uint32_t subscription, std::uint64_t time_ns, Payload payload);
+  /// Messages make room for texts.
   /// @return false: texts alone exceed the limit, and the text was not added
   [[nodiscard]] bool push_text(std::string text);
   /// Texts first.
@@ -42,10 +43,12 @@ class SendQueue {
   [[nodiscard]] std::int64_t dropped() const { return dropped_; }
 
  private:
+  void shed();
   void erase(const std::deque<Outgoing>::const_iterator& at);
 
   std::size_t max_bytes_;
-  std::size_t bytes_ = 0;
+  std::size_t bytes_ = 0;       ///< waiting, of texts and data
+  std::size_t text_bytes_ = 0;  ///< of them, of texts
   std::deque<std::string> texts_;
   std::deque<Outgoing> data_;
   std::int64_t dropped_ = 0;

@@ -69,17 +69,10 @@ void BusReception::receive(std::string_view channel, const std::uint8_t* data, s
 void BusReception::pass(std::string_view channel, const std::uint8_t* data, std::size_t size,
                         std::int64_t received_utime) {
   const Stamp now = live_.now();
-  if (!clocks_known_) {
-    const auto head = recording::read_head(channel, std::vector<std::uint8_t>(data, data + size));
-    if (head) {
-      if (!first_message_) first_message_ = now;
-      clocks_.add(channel, head->utime, from_utime(received_utime));
-      clocks_known_ = now - *first_message_ > kClockWindow;
-      if (clocks_known_) sink_->on_jump();
-    }
-  }
+  const auto head = recording::read_head(channel, data, size);
+  if (head && clocks_.add(channel, head->utime, from_utime(received_utime), now)) sink_->on_jump();
   timeline_->add(channel, data, size, now - begin_);
-  if (clocks_known_) sink_->on_message({channel, data, size, now - begin_, received_utime});
+  if (clocks_.known()) sink_->on_message({channel, data, size, now - begin_, received_utime});
 }
 
 }  // namespace rcs::view

@@ -1,5 +1,6 @@
 #pragma once
-// The bus as a source: receives all channels and publishes nothing.
+// The bus as a source: receives all channels and publishes nothing. While the clocks of the bus are
+// unknown, nothing is passed.
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
@@ -9,17 +10,14 @@
 #include "rcs/base/result.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/timeline/live_timeline.h"
-#include "rcs/ros2/clock_estimate.h"
 #include "tools/view/run_timeline.h"
+#include "tools/view/source/live_clocks.h"
 #include "tools/view/source/source.h"
 
 namespace rcs::view {
 
 class BusReception final : public Source, private BusMonitor {
  public:
-  /// The clocks of the bus are estimated from the messages of this time; before, nothing is passed.
-  static constexpr Duration kClockWindow = std::chrono::milliseconds(500);
-
   /// @param url  empty: the environment's LCM_DEFAULT_URL, else kDefaultLcmUrl
   /// @param stop  created before, so that the thread of the receiver inherits the mask
   static Result<std::unique_ptr<BusReception>> open(const std::string& url, const StopSignals* stop,
@@ -50,9 +48,7 @@ class BusReception final : public Source, private BusMonitor {
   LiveTimeline live_;
   boost::asio::posix::stream_descriptor ready_;
   RunTimeline* timeline_;
-  ros2::ClockEstimate clocks_;
-  std::optional<Stamp> first_message_;
-  bool clocks_known_ = false;
+  LiveClocks clocks_;
   Stamp begin_;
   std::int64_t begin_utime_;
   SourceSink* sink_ = nullptr;
