@@ -185,10 +185,14 @@ def offline():
     run("import mcap", ["run.mcap", "-o", "again.log"])
     run("eval", ["run.log"])
     run("report", ["run.log", "ins.log", "-o", "report.html", "--gps-cut", "8,11"])
+    run("log cut", ["drive.log", "--sensors", "-o", "sensors.log"])
+    run("replay", [CONFIG, "sensors.log", "-o", "bare.log"])
+    run("report", ["bare.log", "-o", "report.html", "--gps-cut", "8,11"])  # without a truth
     run("smooth", ["drive.log", "--config", CONFIG, "--rounds", "1", "-o", "truth.tum"])
     with open("truth.tum.json", encoding="utf-8") as file:
         check("smooth", file.read())
     run("why", ["run.log", "10"])
+    check("why route", rcs(["why", "run.log", "route", "--json"]))
 
     data = os.environ.get("RCS_DATA_DIR", "")
     imports = [
