@@ -44,7 +44,7 @@ class InboxBase : public Receiver {
     }
   };
   /// The largest limit of all types; that of a type is kMaxEncodedBytes.
-  static constexpr std::size_t kMaxMessageBytes = kMaxEncodedBytes<map_patch_t>;
+  static constexpr std::size_t kMaxMessageBytes = kMaxEncodedBytes<ladar_points_t>;
 
   [[nodiscard]] std::string_view channel() const { return channel_; }
   [[nodiscard]] const Account& account() const { return account_; }

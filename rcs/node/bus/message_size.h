@@ -17,11 +17,11 @@ class routes_t;
 /// lists only: a command of 64 waypoints has 2 kB, a query of 1000 places 16 kB.
 template <class T>
 inline constexpr std::size_t kMaxEncodedBytes = std::size_t{64} << 10;
-// One datagram of 60 kB. Some drivers send more.
+// A driver may publish a whole sweep as one message: 128 rows of 2048 points of 20 bytes.
 template <>
-inline constexpr std::size_t kMaxEncodedBytes<ladar_points_t> = std::size_t{256} << 10;
+inline constexpr std::size_t kMaxEncodedBytes<ladar_points_t> = std::size_t{8} << 20;
 template <>
-inline constexpr std::size_t kMaxEncodedBytes<ladar_ranges_t> = std::size_t{256} << 10;
+inline constexpr std::size_t kMaxEncodedBytes<ladar_ranges_t> = std::size_t{8} << 20;
 // 20,000 points.
 template <>
 inline constexpr std::size_t kMaxEncodedBytes<points_t> = std::size_t{256} << 10;
