@@ -48,8 +48,9 @@ Json to_json(const TopView::Node& n) {
 }
 
 Json to_json(const TopView::Status& s) {
-  return {{"age_s", seconds(s.received)}, {"status", s.status}, {"state", s.state},
-          {"reason", s.reason},           {"issuer", s.issuer}, {"emergency_stop", s.emergency_stop}};
+  return {
+      {"age_s", seconds(s.received)}, {"status", s.status}, {"state", s.state},
+      {"reason", s.reason},           {"issuer", s.issuer}, {"emergency_stop", s.emergency_stop}};
 }
 
 Json to_json(const TopView::Routes& r) {
@@ -59,9 +60,8 @@ Json to_json(const TopView::Routes& r) {
   if (r.chosen) {
     out["chosen"] = {{"length_m", r.chosen->length_m},
                      {"time_s", r.chosen->time_s},
-                     {"level_max_m", std::isfinite(r.chosen->level_max_m)
-                                         ? Json(r.chosen->level_max_m)
-                                         : Json()}};
+                     {"level_max_m",
+                      std::isfinite(r.chosen->level_max_m) ? Json(r.chosen->level_max_m) : Json()}};
   }
   return out;
 }
@@ -232,9 +232,9 @@ void write_viewer(const ViewerCounts& c, MetricsWriter* out) {
 }  // namespace
 
 ChannelSet status_channels() {
-  static const ChannelSet kSet =
-      channels_of("*_PROCESS, *_CYCLE, *_EVENT, WM_NAV_STATE, WM_INTEGRITY, GPS_FIX, BG_STATUS, "
-                  "MISSION_STATUS, MISSION_ROUTES");
+  static const ChannelSet kSet = channels_of(
+      "*_PROCESS, *_CYCLE, *_EVENT, WM_NAV_STATE, WM_INTEGRITY, GPS_FIX, BG_STATUS, "
+      "MISSION_STATUS, MISSION_ROUTES");
   return kSet;
 }
 
