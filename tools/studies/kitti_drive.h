@@ -9,8 +9,8 @@
 #include "rcs/base/pose.h"
 #include "rcs/base/result.h"
 #include "tools/importers/kitti_sweep.h"
+#include "tools/studies/figures/scan_picture.h"
 #include "tools/studies/scan_pairs.h"
-#include "tools/studies/scan_picture.h"
 
 namespace rcs::studies {
 

@@ -24,9 +24,8 @@ fail() {
   tail -n 25 "$dir"/*.txt
   exit 1
 }
-for program in lcm-logger lcm-logplayer openssl; do
-  command -v $program >/dev/null || { echo "SKIPPED, NOT TESTED: no $program"; exit 77; }
-done
+. "$source/tests/support/needs.sh"
+needs "the commands of the pages" lcm-logger lcm-logplayer openssl
 [ -x "$bin/dds_client" ] || { echo "SKIPPED, NOT TESTED: dds_client is not built"; exit 77; }
 
 mkdir -p "$dir/build/release"

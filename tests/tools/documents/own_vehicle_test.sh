@@ -18,9 +18,8 @@ fail() {
   tail -n 40 "$dir"/*.txt
   exit 1
 }
-for program in g++ lcm-gen lcm-logger python3; do
-  command -v $program >/dev/null || { echo "SKIPPED, NOT TESTED: no $program"; exit 77; }
-done
+. "$source/tests/support/needs.sh"
+needs "the example of own_vehicle.md" g++ lcm-gen lcm-logger python3
 
 # A folder like that of the reader.
 mkdir -p "$dir/build/release"

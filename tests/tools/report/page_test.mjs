@@ -3,7 +3,7 @@
 
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { Chromium } from "../view/devtools.mjs";
+import { Chromium } from "../../support/devtools.mjs";
 
 const [folder, pictures] = process.argv.slice(2);
 const [WIDTH, HEIGHT] = [1000, 900];

@@ -4,7 +4,7 @@
 import { spawn, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { Chromium } from "./devtools.mjs";
+import { Chromium } from "../../support/devtools.mjs";
 
 const [bin, folder, pictures] = process.argv.slice(2);
 const [WIDTH, HEIGHT] = [1280, 800];

@@ -3,12 +3,8 @@
 # of the reference simulation. PICTURES: a folder that keeps the screenshots.
 set -euo pipefail
 bin=$1 source=$2
-for program in chromium node; do
-  if ! command -v "$program" >/dev/null; then
-    echo "SKIPPED, NOT TESTED: the page of rcs view: no $program; tools/setup --all installs it" >&2
-    exit 77
-  fi
-done
+. "$source/tests/support/needs.sh"
+needs "the page of rcs view" chromium node
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$bin/rcs" sim "$source/config/sim/demo.toml" --duration 16 -o "$folder/drive.log" 2>/dev/null

@@ -17,8 +17,8 @@
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
 #include "tools/studies/cloud_match.h"
+#include "tools/studies/figures/paper_figures.h"
 #include "tools/studies/kitti_drive.h"
-#include "tools/studies/paper_figures.h"
 #include "tools/studies/scan_pairs.h"
 #include "tools/studies/simulated_scans.h"
 

@@ -11,8 +11,8 @@
 #include "tools/report/html_page.h"
 #include "tools/report/svg_plot.h"
 #include "tools/report/table.h"
+#include "tools/studies/figures/scan_picture.h"
 #include "tools/studies/scan_pairs.h"
-#include "tools/studies/scan_picture.h"
 
 namespace rcs::studies {
 

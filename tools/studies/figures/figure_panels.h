@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "tools/report/svg_plot.h"
-#include "tools/studies/figure_pair.h"
-#include "tools/studies/scan_picture.h"
+#include "tools/studies/figures/figure_pair.h"
+#include "tools/studies/figures/scan_picture.h"
 
 namespace rcs::studies {
 

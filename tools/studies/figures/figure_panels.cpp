@@ -1,4 +1,4 @@
-#include "tools/studies/figure_panels.h"
+#include "tools/studies/figures/figure_panels.h"
 
 #include <fmt/format.h>
 

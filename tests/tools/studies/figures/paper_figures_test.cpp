@@ -1,6 +1,6 @@
 // Figures 2 and 3 of the paper from scans of two walls on rolling ground.
 
-#include "tools/studies/paper_figures.h"
+#include "tools/studies/figures/paper_figures.h"
 
 #include <gmock/gmock.h>
 
@@ -10,8 +10,8 @@
 
 #include "rcs/base/kd_tree.h"
 #include "tests/support/point_scenes.h"
-#include "tools/studies/figure_pair.h"
-#include "tools/studies/figure_panels.h"
+#include "tools/studies/figures/figure_pair.h"
+#include "tools/studies/figures/figure_panels.h"
 
 namespace rcs::studies {
 namespace {

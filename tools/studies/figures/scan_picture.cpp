@@ -1,4 +1,4 @@
-#include "tools/studies/scan_picture.h"
+#include "tools/studies/figures/scan_picture.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "tools/studies/figure_pair.h"
+#include "tools/studies/figures/figure_pair.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "rcs/base/check.h"
 #include "tools/base/statistics.h"
-#include "tools/studies/scan_picture.h"
+#include "tools/studies/figures/scan_picture.h"
 
 namespace rcs::studies {
 namespace {

@@ -1,11 +1,11 @@
-#include "tools/studies/paper_figures.h"
+#include "tools/studies/figures/paper_figures.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
-#include "tools/studies/figure_pair.h"
-#include "tools/studies/figure_panels.h"
+#include "tools/studies/figures/figure_pair.h"
+#include "tools/studies/figures/figure_panels.h"
 #include "tools/studies/kitti_drive.h"
 
 namespace rcs::studies {
