@@ -46,7 +46,7 @@ void read_actor_params(ParamTable table, ActorParams* actors) {
     table.fail("kinds",
                "\"" + unknown + "\" is not one of crossing, following, oncoming, appearing");
   }
-  table.get("most_per_leg", &actors->most_per_leg, {1, 5},
+  table.get("max_per_leg", &actors->max_per_leg, {1, 5},
             "Largest number of actors that are drawn for a leg; the smallest is one.");
   table.get("people_share", &actors->people_share, {0, 1},
             "Share of people among the actors that are drawn [1]; the others are vehicles.");

@@ -108,7 +108,7 @@ void Simulator::take(SourceEvent* event) {
   const Stamp due = peek();
   RCS_CHECK(due != Stamp::max());
   if (commanded_) {
-    hear_commands();
+    receive_commands();
     commanded_->go_on_to(seconds(due - kStart));
   }
   std::size_t sensor = 0;
@@ -135,7 +135,7 @@ void Simulator::listen(Bus* bus, Duration shift) {
   bus_shift_ = shift;
 }
 
-void Simulator::hear_commands() {
+void Simulator::receive_commands() {
   if (!commands_) return;
   for (; !commands_->empty(); commands_->pop()) {
     const drive_t& m = *commands_->front();

@@ -87,7 +87,7 @@ class Simulator final : public EventSource {
     std::int64_t seq = 0;
   };
 
-  void hear_commands();
+  void receive_commands();
   void command(const drive_t& m, Stamp arrival, Duration shift);
   void emit_ins(SourceEvent* event);
   void emit_odometry(SourceEvent* event);

@@ -12,7 +12,7 @@ bool same(const Waypoint& a, const Waypoint& b) {
   return a.p_m == b.p_m && a.radius_m == b.radius_m && a.speed_mps == b.speed_mps;
 }
 
-bool same_content(const WaypointOrder& a, const WaypointOrder& b) {
+bool same_content(const WaypointCommand& a, const WaypointCommand& b) {
   return a.kind == b.kind && a.frame == b.frame &&
          std::equal(a.waypoints.begin(), a.waypoints.end(), b.waypoints.begin(), b.waypoints.end(),
                     same);
@@ -20,75 +20,75 @@ bool same_content(const WaypointOrder& a, const WaypointOrder& b) {
 
 }  // namespace
 
-Refusal CommandArbiter::take(const WaypointOrder& order, Stamp now) {
-  if (const Refusal refusal = check(order, params_.limits); refusal != Refusal::kNone) {
+Refusal CommandArbiter::accept(const WaypointCommand& command, Stamp now) {
+  if (const Refusal refusal = check(command, params_.limits); refusal != Refusal::kNone) {
     return refusal;
   }
-  Operator* const from = find(order.operator_id, now);
+  Operator* const from = find(command.operator_id, now);
   if (from == nullptr) return Refusal::kStopped;  // no record is free only if all are engaged
   from->received = now;
 
-  if (order.command_id == from->last_command) {
-    if (order.kind == kKindHalt && from->last_was_halt) return Refusal::kNone;
+  if (command.command_id == from->last_command) {
+    if (command.kind == kKindHalt && from->last_was_halt) return Refusal::kNone;
     const bool stands =
         (phase_ == Phase::kGoto || phase_ == Phase::kDone || phase_ == Phase::kFailed) &&
-        who_ == order.operator_id && which_ == order.command_id;
+        who_ == command.operator_id && which_ == command.command_id;
     if (!stands) return Refusal::kStale;
-    if (!same_content(order, standing_)) return Refusal::kChanged;
-    standing_.valid_for = order.valid_for;
+    if (!same_content(command, standing_)) return Refusal::kChanged;
+    standing_.valid_for = command.valid_for;
     standing_received_ = now;
     return Refusal::kNone;
   }
-  if (order.command_id < from->last_command) return Refusal::kStale;
+  if (command.command_id < from->last_command) return Refusal::kStale;
 
   // The id is consumed even if the command is rejected: otherwise the command would take effect
   // later, when a stop is released or the other operator falls silent.
-  from->last_command = order.command_id;
-  from->last_was_halt = order.kind == kKindHalt;
+  from->last_command = command.command_id;
+  from->last_was_halt = command.kind == kKindHalt;
   const bool stopped = phase_ == Phase::kStopped || phase_ == Phase::kReleasing;
-  if (order.kind == kKindHalt) {
-    if (!stopped) enter(Phase::kHalted, order.operator_id, order.command_id);
+  if (command.kind == kKindHalt) {
+    if (!stopped) enter(Phase::kHalted, command.operator_id, command.command_id);
     return Refusal::kNone;
   }
   if (stopped) return Refusal::kStopped;
-  if (phase_ == Phase::kGoto && who_ != order.operator_id) return Refusal::kHeld;
-  standing_ = order;
+  if (phase_ == Phase::kGoto && who_ != command.operator_id) return Refusal::kHeld;
+  standing_ = command;
   standing_received_ = now;
-  enter(Phase::kGoto, order.operator_id, order.command_id);
+  enter(Phase::kGoto, command.operator_id, command.command_id);
   return Refusal::kNone;
 }
 
-Refusal CommandArbiter::take(const StopOrder& order, Stamp now) {
-  Operator* const from = is_name(order.operator_id) ? find(order.operator_id, now) : nullptr;
-  if (order.engage) {
+Refusal CommandArbiter::accept(const StopCommand& command, Stamp now) {
+  Operator* const from = is_name(command.operator_id) ? find(command.operator_id, now) : nullptr;
+  if (command.engage) {
     if (from == nullptr) {
       unnamed_engaged_ = true;
     } else {
       from->received = now;
       from->engaged = true;
       // Any id engages a stop, but only a valid one updates the id that a release is compared with.
-      if (is_command_id(order.command_id)) {
-        from->last_stop = std::max(from->last_stop, order.command_id);
+      if (is_command_id(command.command_id)) {
+        from->last_stop = std::max(from->last_stop, command.command_id);
       }
     }
     if (phase_ != Phase::kStopped) {
-      enter(Phase::kStopped, from == nullptr ? "" : order.operator_id, order.command_id);
+      enter(Phase::kStopped, from == nullptr ? "" : command.operator_id, command.command_id);
     }
     return Refusal::kNone;
   }
   if (from == nullptr) return Refusal::kOperator;
-  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
-  if (order.command_id <= from->last_stop) {
-    const bool repeated = order.command_id == from->last_stop && !from->engaged;
+  if (!is_command_id(command.command_id)) return Refusal::kCommandId;
+  if (command.command_id <= from->last_stop) {
+    const bool repeated = command.command_id == from->last_stop && !from->engaged;
     return repeated ? Refusal::kNone : Refusal::kStale;
   }
   from->received = now;
   from->engaged = false;
-  from->last_stop = order.command_id;
+  from->last_stop = command.command_id;
   unnamed_engaged_ = false;
   if (phase_ != Phase::kStopped || any_engaged()) return Refusal::kNone;
   releasing_since_ = now;
-  enter(Phase::kReleasing, order.operator_id, order.command_id);
+  enter(Phase::kReleasing, command.operator_id, command.command_id);
   return Refusal::kNone;
 }
 

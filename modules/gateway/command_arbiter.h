@@ -30,7 +30,7 @@ struct Action {
   enum class Kind { kHalt, kGoto, kEmergencyStop, kRelease };
   Kind kind = Kind::kHalt;
   Duration valid_for{};
-  const WaypointOrder* order = nullptr;  ///< of a kGoto; valid until the next take()
+  const WaypointCommand* command = nullptr;  ///< of a kGoto; valid until the next accept()
 };
 
 class CommandArbiter {
@@ -50,12 +50,12 @@ class CommandArbiter {
   explicit CommandArbiter(const ArbiterParams& params) : params_(params) {}
 
   /// A new command, or a repetition, which keeps it valid.
-  Refusal take(const WaypointOrder& order, Stamp now);
+  Refusal accept(const WaypointCommand& command, Stamp now);
 
   /// Engaging is never rejected, whatever the id: a stop of an unknown operator counts as unnamed,
   /// and the release of any known operator ends it. Otherwise a release ends only the stop of its
   /// own operator.
-  Refusal take(const StopOrder& order, Stamp now);
+  Refusal accept(const StopCommand& command, Stamp now);
 
   /// A stop that a former process of the gateway has set is in force.
   void adopt_stop(std::string_view operator_id, Stamp now);
@@ -97,7 +97,7 @@ class CommandArbiter {
   Phase phase_ = Phase::kIdle;
   std::string who_;
   std::int64_t which_ = 0;
-  WaypointOrder standing_;
+  WaypointCommand standing_;
   Stamp standing_received_ = Stamp::min();  // newest repetition by its operator
   bool sent_ = false;                       // an action of this phase has been sent
   Stamp sent_at_ = Stamp::min();            // the newest of them

@@ -228,12 +228,12 @@ void DdsLink::update_writers() {
   const std::uint32_t changed = status.total_count + (status.total_count - status.current_count);
   if (changed == writers_changed_) return;
   writers_changed_ = changed;
-  constexpr std::size_t kMost = 256;
-  std::array<dds_instance_handle_t, kMost> writers{};
+  constexpr std::size_t kMax = 256;
+  std::array<dds_instance_handle_t, kMax> writers{};
   const dds_return_t n =
       dds_get_matched_publications(stop_reader_.get(), writers.data(), writers.size());
   std::vector<StopAdmission::Writer> known;
-  for (std::size_t k = 0; n > 0 && k < std::min<std::size_t>(static_cast<std::size_t>(n), kMost);
+  for (std::size_t k = 0; n > 0 && k < std::min<std::size_t>(static_cast<std::size_t>(n), kMax);
        ++k) {
     known.push_back({writers[k], partition_of_writer(stop_reader_.get(), writers[k])});
   }

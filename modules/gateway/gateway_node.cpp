@@ -82,6 +82,10 @@ std::vector<const InboxBase*> GatewayNode::inboxes() const {
   return all;
 }
 
+std::string_view GatewayNode::note() const {
+  return identity_ ? std::string_view(identity_->note()) : std::string_view();
+}
+
 void GatewayNode::run(const Cycle& cycle) {
   const Stamp now = cycle.now;
   if (!started_) {
@@ -181,15 +185,16 @@ void GatewayNode::take_stops(Stamp now) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const rcs_EmergencyStop* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
-    const StopOrder order = from_sample(*sample, dds_->partition_of(samples, i));
-    refuse(arbiter_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
-    if (order.engage) stops_.press(order.operator_id, now);
+    const StopCommand command = from_sample(*sample, dds_->partition_of(samples, i));
+    refuse(arbiter_.accept(command, now), "EmergencyStop", command.operator_id, command.command_id,
+           now);
+    if (command.engage) stops_.press(command.operator_id, now);
   }
   if (dds_->take_refused_release()) {
     refuse(Refusal::kOperator, "EmergencyStop", "", 0, now);
   }
   if (!dds_->take_unnamed_stop()) return;
-  refuse(arbiter_.take(StopOrder{}, now), "EmergencyStop", "", 0, now);
+  refuse(arbiter_.accept(StopCommand{}, now), "EmergencyStop", "", 0, now);
   stops_.press("", now);
 }
 
@@ -198,8 +203,9 @@ void GatewayNode::take_commands(Stamp now) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const rcs_WaypointCommand* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
-    const WaypointOrder order = from_sample(*sample, dds_->partition_of(samples, i));
-    refuse(arbiter_.take(order, now), "WaypointCommand", order.operator_id, order.command_id, now);
+    const WaypointCommand command = from_sample(*sample, dds_->partition_of(samples, i));
+    refuse(arbiter_.accept(command, now), "WaypointCommand", command.operator_id,
+           command.command_id, now);
   }
 }
 

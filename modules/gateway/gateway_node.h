@@ -32,6 +32,7 @@ class GatewayNode final : public Node {
   void run(const Cycle& cycle) override;
   [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
   [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
+  [[nodiscard]] std::string_view note() const override;
 
  private:
   struct NodeInbox {

@@ -52,21 +52,21 @@ bool is_name(std::string_view name) {
   return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), is_name_char);
 }
 
-Refusal check(const WaypointOrder& order, const Limits& limits) {
-  if (!is_name(order.operator_id)) return Refusal::kOperator;
-  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
-  if (order.kind == kKindHalt) return Refusal::kNone;
-  if (order.kind < kKindGoto || order.kind > kKindReturn) return Refusal::kKind;
-  if (order.kind != kKindGoto && !limits.tasks) return Refusal::kNoMission;
-  if (order.frame != kFrameWorld && order.frame != kFrameLocal) return Refusal::kFrame;
-  if (order.valid_for < limits.min_valid_for || order.valid_for > limits.max_valid_for) {
+Refusal check(const WaypointCommand& command, const Limits& limits) {
+  if (!is_name(command.operator_id)) return Refusal::kOperator;
+  if (!is_command_id(command.command_id)) return Refusal::kCommandId;
+  if (command.kind == kKindHalt) return Refusal::kNone;
+  if (command.kind < kKindGoto || command.kind > kKindReturn) return Refusal::kKind;
+  if (command.kind != kKindGoto && !limits.tasks) return Refusal::kNoMission;
+  if (command.frame != kFrameWorld && command.frame != kFrameLocal) return Refusal::kFrame;
+  if (command.valid_for < limits.min_valid_for || command.valid_for > limits.max_valid_for) {
     return Refusal::kValidFor;
   }
-  const std::size_t n = order.waypoints.size();
-  if (order.kind == kKindReturn) return n == 0 ? Refusal::kNone : Refusal::kCount;
-  if (limits.tasks && order.frame != kFrameWorld) return Refusal::kTaskFrame;
+  const std::size_t n = command.waypoints.size();
+  if (command.kind == kKindReturn) return n == 0 ? Refusal::kNone : Refusal::kCount;
+  if (limits.tasks && command.frame != kFrameWorld) return Refusal::kTaskFrame;
   if (n < 1 || n > static_cast<std::size_t>(limits.max_waypoints)) return Refusal::kCount;
-  for (const Waypoint& w : order.waypoints) {
+  for (const Waypoint& w : command.waypoints) {
     if (const Refusal refusal = check(w, limits); refusal != Refusal::kNone) return refusal;
   }
   return Refusal::kNone;

@@ -28,7 +28,7 @@ constexpr int kKindReturn = 3;
 constexpr int kFrameWorld = 0;
 constexpr int kFrameLocal = 1;
 
-struct WaypointOrder {
+struct WaypointCommand {
   std::string operator_id;  ///< operator of the writer's partition; empty: not authorized
   std::int64_t command_id = 0;
   int kind = kKindHalt;
@@ -37,7 +37,7 @@ struct WaypointOrder {
   std::vector<Waypoint> waypoints;
 };
 
-struct StopOrder {
+struct StopCommand {
   std::string operator_id;  ///< as above
   std::int64_t command_id = 0;
   bool engage = true;
@@ -85,6 +85,6 @@ constexpr std::size_t kRefusals = 17;
 
 /// Validates a command without its predecessors. A halt is checked for its operator and id only:
 /// nothing else may prevent a vehicle from stopping.
-[[nodiscard]] Refusal check(const WaypointOrder& order, const Limits& limits);
+[[nodiscard]] Refusal check(const WaypointCommand& command, const Limits& limits);
 
 }  // namespace rcs::gateway

@@ -27,8 +27,8 @@ std::string_view view(const char (&text)[N]) {
   return {text, static_cast<std::size_t>(std::find(text, text + N, '\0') - text)};
 }
 
-std::string operator_of(std::string_view claimed, std::string_view speaks_for) {
-  return std::string(claimed == speaks_for ? claimed : std::string_view());
+std::string operator_of(std::string_view claimed, std::string_view writer_partition) {
+  return std::string(claimed == writer_partition ? claimed : std::string_view());
 }
 
 }  // namespace
@@ -78,23 +78,24 @@ void to_sample(const NodeStatusTable& table, std::size_t node, Stamp now, rcs_No
   out->overruns = f.overruns;
 }
 
-WaypointOrder from_sample(const rcs_WaypointCommand& sample, std::string_view speaks_for) {
-  WaypointOrder order;
-  order.operator_id = operator_of(view(sample.operator_id), speaks_for);
-  order.command_id = sample.command_id;
-  order.kind = static_cast<int>(sample.kind);
-  order.frame = static_cast<int>(sample.frame);
-  order.valid_for = Duration(std::int64_t{1000} * sample.valid_for_ms);
-  order.waypoints.resize(sample.waypoints._length);
-  for (std::size_t i = 0; i < order.waypoints.size(); ++i) {
+WaypointCommand from_sample(const rcs_WaypointCommand& sample, std::string_view writer_partition) {
+  WaypointCommand command;
+  command.operator_id = operator_of(view(sample.operator_id), writer_partition);
+  command.command_id = sample.command_id;
+  command.kind = static_cast<int>(sample.kind);
+  command.frame = static_cast<int>(sample.frame);
+  command.valid_for = Duration(std::int64_t{1000} * sample.valid_for_ms);
+  command.waypoints.resize(sample.waypoints._length);
+  for (std::size_t i = 0; i < command.waypoints.size(); ++i) {
     const rcs_Waypoint& w = sample.waypoints._buffer[i];
-    order.waypoints[i] = {{w.p_m[0], w.p_m[1], w.p_m[2]}, w.radius_m, w.speed_mps};
+    command.waypoints[i] = {{w.p_m[0], w.p_m[1], w.p_m[2]}, w.radius_m, w.speed_mps};
   }
-  return order;
+  return command;
 }
 
-StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_for) {
-  return {operator_of(view(sample.operator_id), speaks_for), sample.command_id, sample.engage};
+StopCommand from_sample(const rcs_EmergencyStop& sample, std::string_view writer_partition) {
+  return {operator_of(view(sample.operator_id), writer_partition), sample.command_id,
+          sample.engage};
 }
 
 Command to_command(const Action& action) {
@@ -106,12 +107,12 @@ Command to_command(const Action& action) {
   Command out;
   out.kind = kKinds[static_cast<std::size_t>(action.kind)];
   out.valid_for = action.valid_for;
-  if (action.order == nullptr) return out;
-  out.kind = kOrders[static_cast<std::size_t>(action.order->kind)];
-  out.frame = static_cast<std::int8_t>(action.order->frame);
+  if (action.command == nullptr) return out;
+  out.kind = kOrders[static_cast<std::size_t>(action.command->kind)];
+  out.frame = static_cast<std::int8_t>(action.command->frame);
   // A restarted gateway continues with the commands that its operators repeat.
-  out.task = action.order->command_id;
-  for (const Waypoint& w : action.order->waypoints) {
+  out.task = action.command->command_id;
+  for (const Waypoint& w : action.command->waypoints) {
     waypoint_t m{};
     for (int i = 0; i < 3; ++i) m.p_m[i] = w.p_m[i];
     m.radius_m = w.radius_m;

@@ -27,11 +27,13 @@ void to_sample(std::string_view text, char (&out)[N]) {
 /// Sets all fields but `vehicle` and `seq`.
 void to_sample(const NodeStatusTable& table, std::size_t node, Stamp now, rcs_NodeStatus* out);
 
-/// @param speaks_for  partition of the writer of the sample; an operator_id that differs from it
+/// @param writer_partition  partition of the writer of the sample; an operator_id that differs from
+/// it
 ///   becomes empty (not authorized)
-[[nodiscard]] WaypointOrder from_sample(const rcs_WaypointCommand& sample,
-                                        std::string_view speaks_for);
-[[nodiscard]] StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_for);
+[[nodiscard]] WaypointCommand from_sample(const rcs_WaypointCommand& sample,
+                                          std::string_view writer_partition);
+[[nodiscard]] StopCommand from_sample(const rcs_EmergencyStop& sample,
+                                      std::string_view writer_partition);
 
 [[nodiscard]] Command to_command(const Action& action);
 

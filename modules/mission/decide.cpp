@@ -114,7 +114,7 @@ Decision decide(const Facts& f, const DecideParams& p) {
                "no route exists, or none keeps the limits of the task");
   }
   const bool blocked = f.bg_error == BgError::kNoPath && f.bg_on_task_route;
-  if (blocked && f.blocked >= p.most_blocked) {
+  if (blocked && f.blocked >= p.max_blocked) {
     return row(__LINE__, Action::kHalt, Status::kError, "BLOCKED",
                "the routes that were tried are blocked");
   }

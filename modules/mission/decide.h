@@ -63,7 +63,7 @@ struct DecideParams {
   Duration patience = from_seconds(10.0);  ///< above the alert limit, before the vehicle returns
   /// In an error of BG to which there is no other route: it ends by itself, or the task fails.
   Duration bg_patience = from_seconds(10.0);
-  int most_blocked = 5;  ///< new routes because of blocked ones
+  int max_blocked = 5;  ///< new routes because of blocked ones
   OperatorLoss operator_loss = OperatorLoss::kContinue;
 };
 

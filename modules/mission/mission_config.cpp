@@ -62,7 +62,7 @@ Result<MissionConfig> load_mission_config(const ParamFile& file) {
                "Time without an accepted fix after which routes are chosen as without GPS.");
   table.get_ms("patience_ms", &c.decide.patience, {0, 600'000},
                "Time above the alert limit after which the vehicle returns on its own map.");
-  table.get("most_blocked", &c.decide.most_blocked, {0, 100},
+  table.get("max_blocked", &c.decide.max_blocked, {0, 100},
             "Blocked routes of a task after which it fails.");
   std::string loss = "continue";
   table.get("operator_lost", &loss, {"continue", "hold", "return"},

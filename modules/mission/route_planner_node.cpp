@@ -142,10 +142,9 @@ void RoutePlanner::begin(const Query& query) {
   // The vehicle never drives above its alert limit, so that BG lets it pass there. A passage that
   // is narrower is open while the position is known well; so are the places of the task.
   clearance_m_ = kOutline_m + query.alert_limit_m;
-  least_clearance_m_ = std::min(clearance_m_, kOutline_m + query.level_m);
+  min_clearance_m_ = std::min(clearance_m_, kOutline_m + query.level_m);
   for (const Vec2& p : places_) {
-    least_clearance_m_ =
-        std::min(least_clearance_m_, zones_.clearance(p).m - kInCell * map().cell_m());
+    min_clearance_m_ = std::min(min_clearance_m_, zones_.clearance(p).m - kInCell * map().cell_m());
   }
   begin_search();
 }
@@ -165,8 +164,8 @@ void RoutePlanner::begin_search() {
 RoutePlanner::State RoutePlanner::step(const Query& query, bool gps, Stamp now, TaskRoute* route) {
   if (choice_.searching()) {
     const bool more = choice_.search(map());
-    if (more || !choice_.candidates().empty() || clearance_m_ <= least_clearance_m_) return state_;
-    clearance_m_ = least_clearance_m_;
+    if (more || !choice_.candidates().empty() || clearance_m_ <= min_clearance_m_) return state_;
+    clearance_m_ = min_clearance_m_;
     begin_search();
     return state_;
   }

@@ -108,8 +108,8 @@ class RoutePlanner {
   std::vector<Vec2> places_;
   std::size_t done_ = 0;  // waypoints, when the search began
   bool prescribed_ = false;
-  double clearance_m_ = 0.0;        // from forbidden ground
-  double least_clearance_m_ = 0.0;  // if there is no route with the usual one
+  double clearance_m_ = 0.0;      // from forbidden ground
+  double min_clearance_m_ = 0.0;  // if there is no route with the usual one
   Stamp asked_at_ = Stamp::min();
   Stamp asked_since_ = Stamp::min();
   std::int64_t asked_ = 0;  // serial of the query; 0: none

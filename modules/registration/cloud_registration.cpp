@@ -166,9 +166,9 @@ bool plausible(const Verdict& verdict, const CloudParams& params) {
 }
 
 bool contradictory(const Verdict& verdict, const CloudParams& params) {
-  constexpr double kLeast = 0.05;  // moving objects
+  constexpr double kMin = 0.05;  // moving objects
   const Plausibility& p = verdict.plausibility;
-  return p.contradicted > kLeast && p.contradicted > params.max_contradicted * p.explained;
+  return p.contradicted > kMin && p.contradicted > params.max_contradicted * p.explained;
 }
 
 bool accepted(const Verdict& verdict, const CloudParams& params) {

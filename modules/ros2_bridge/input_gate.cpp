@@ -71,16 +71,16 @@ InputVerdict InputGate::judge_stamp(std::uint64_t publisher, std::int64_t stamp_
 Duration UtcOffset::add(std::int64_t utc_us, Stamp now) {
   const std::int64_t reading_us = utc_us - to_utime(now);
   if (!offset_us_) {
-    offset_us_ = least_us_ = reading_us;
+    offset_us_ = min_us_ = reading_us;
     return Duration::zero();
   }
-  least_us_ = readings_ == 0 ? reading_us : std::min(least_us_, reading_us);
+  min_us_ = readings_ == 0 ? reading_us : std::min(min_us_, reading_us);
   ++readings_;
   const std::int64_t before_us = *offset_us_;
   // No reading is too small: a smaller one is true at once. A larger one may be late.
   if (reading_us < before_us) offset_us_ = reading_us;
   if (readings_ == kWindow) {
-    offset_us_ = least_us_;
+    offset_us_ = min_us_;
     readings_ = 0;
   }
   const Duration step(*offset_us_ - before_us);

@@ -74,7 +74,7 @@ class UtcOffset {
 
  private:
   std::optional<std::int64_t> offset_us_;
-  std::int64_t least_us_ = 0;  // of the current window
+  std::int64_t min_us_ = 0;  // of the current window
   int readings_ = 0;
 };
 

@@ -145,8 +145,8 @@ void SpNode::sample() {
   const double scale = scale_.now();
   const bool full = ladder_.level == Degrade::kFull;
   const double voxel_m = scale * config_.map.voxel_m;
-  const auto scaled = [&](double configured_m, double least_m) {
-    return scale < 1.0 ? std::min(configured_m, std::max(scale * configured_m, least_m))
+  const auto scaled = [&](double configured_m, double min_m) {
+    return scale < 1.0 ? std::min(configured_m, std::max(scale * configured_m, min_m))
                        : configured_m;
   };
   const double coarser = full ? 1.0 : config_.degrade.coarser;

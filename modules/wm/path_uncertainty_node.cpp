@@ -36,12 +36,12 @@ PathUncertaintyServer::PathUncertaintyServer(const PathUncertaintyParams& params
 
 void PathUncertaintyServer::step(const FilterState* state, const LocalFrame* datum, Stamp now,
                                  Report* report) {
-  for (; !queries_.empty(); queries_.pop()) take(*queries_.front(), state, datum, now, report);
+  for (; !queries_.empty(); queries_.pop()) accept(*queries_.front(), state, datum, now, report);
   if (walking_) walk(now, report);
 }
 
-void PathUncertaintyServer::take(const path_query_t& query, const FilterState* state,
-                                 const LocalFrame* datum, Stamp now, Report* report) {
+void PathUncertaintyServer::accept(const path_query_t& query, const FilterState* state,
+                                   const LocalFrame* datum, Stamp now, Report* report) {
   if (query.issuer.size() > kMaxIssuer) {
     report->publish(now, event::kWmPathIssuer, "path query rejected: issuer of {} characters > {}",
                     query.issuer.size(), kMaxIssuer);

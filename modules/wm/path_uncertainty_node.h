@@ -33,8 +33,8 @@ class PathUncertaintyServer {
   [[nodiscard]] const InboxBase& inbox() const { return queries_; }
 
  private:
-  void take(const path_query_t& query, const FilterState* state, const LocalFrame* datum, Stamp now,
-            Report* report);
+  void accept(const path_query_t& query, const FilterState* state, const LocalFrame* datum,
+              Stamp now, Report* report);
   void begin(const path_query_t& query, const FilterState* state, const LocalFrame* datum);
   [[nodiscard]] bool read_path(const path_query_t& query, const Vec2& start);
   void walk(Stamp now, Report* report);

@@ -116,10 +116,10 @@ void WmNode::keep_local(Stamp now) {
 
 void WmNode::run(const Cycle& cycle) {
   if (kept_.local_began == Stamp::min()) begin(cycle.now);
-  take_all(&ins_, cycle.now);
-  take_all(&odometry_, cycle.now);
-  take_all(&fixes_, cycle.now);
-  take_all(&registrations_, cycle.now);
+  accept_all(&ins_, cycle.now);
+  accept_all(&odometry_, cycle.now);
+  accept_all(&fixes_, cycle.now);
+  accept_all(&registrations_, cycle.now);
   estimator_.watch_clocks(cycle.now);
   cycle.stages->mark("receive");
 
@@ -163,9 +163,9 @@ void WmNode::run(const Cycle& cycle) {
 }
 
 template <class Message>
-void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
+void WmNode::accept_all(Inbox<Message>* inbox, Stamp now) {
   for (int n = 1; !inbox->empty(); ++n, inbox->pop()) {
-    take(*inbox->front(), now);
+    accept(*inbox->front(), now);
     if (n % kInputsBetweenFusions == 0) estimator_.fuse();
   }
 }
@@ -174,10 +174,10 @@ namespace {
 
 /// Messages between two sequence numbers; 0: they are not of one publisher, or implausible.
 std::int64_t missed_between(std::int64_t before, std::int64_t now) {
-  constexpr std::int64_t kMost = 1'000'000;
+  constexpr std::int64_t kMax = 1'000'000;
   if (before <= 0 || now <= before) return 0;
   const std::int64_t missed = now - before - 1;
-  return missed <= kMost ? missed : 0;
+  return missed <= kMax ? missed : 0;
 }
 
 /// A repeated or older stamp is no sign of life: a driver may be stuck.
@@ -185,7 +185,7 @@ bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == R
 
 }  // namespace
 
-void WmNode::take(const ins_t& m, Stamp now) {
+void WmNode::accept(const ins_t& m, Stamp now) {
   const InsFault fault = ins_content_.add(m);
   if (fault != InsFault::kNone && plausible(m)) {
     estimator_.discard_ins(from_utime(ins_content_.wrong_since()), from_utime(m.utime));
@@ -201,7 +201,7 @@ void WmNode::take(const ins_t& m, Stamp now) {
   }
 }
 
-void WmNode::take(const gps_fix_t& m, Stamp now) {
+void WmNode::accept(const gps_fix_t& m, Stamp now) {
   constexpr Duration kFresh = from_seconds(1.0);
   const bool rolls = wheels_received_ > fixes_.front_arrival() - kFresh;
   const bool repeats = !gps_content_.add(m, rolls ? wheels_mps_ : 0.0);
@@ -219,7 +219,7 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
   report_rejected(fixes_, reason, now, &report_);
 }
 
-void WmNode::take(const odometry_t& m, Stamp now) {
+void WmNode::accept(const odometry_t& m, Stamp now) {
   const bool repeats = !odometry_content_.add(m);
   const std::optional<OdometrySample> sample = admit(m);
   if (!sample) {
@@ -242,7 +242,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
   report_rejected(odometry_, reason, now, &report_);
 }
 
-void WmNode::take(const registration_t& m, Stamp now) {
+void WmNode::accept(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
   const std::int64_t missed = missed_between(kept_.registration_seq, m.seq);
   kept_.registration_seq = m.seq;

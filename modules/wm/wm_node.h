@@ -60,12 +60,12 @@ class WmNode final : public Node {
   void begin(Stamp now);
   void resume(Stamp now);
   void keep_local(Stamp now);
-  void take(const ins_t& m, Stamp now);
-  void take(const gps_fix_t& m, Stamp now);
-  void take(const odometry_t& m, Stamp now);
-  void take(const registration_t& m, Stamp now);
+  void accept(const ins_t& m, Stamp now);
+  void accept(const gps_fix_t& m, Stamp now);
+  void accept(const odometry_t& m, Stamp now);
+  void accept(const registration_t& m, Stamp now);
   template <class Message>
-  void take_all(Inbox<Message>* inbox, Stamp now);
+  void accept_all(Inbox<Message>* inbox, Stamp now);
 
   [[nodiscard]] Duration without_input_for(Stamp now) const;
   [[nodiscard]] Mode mode(Stamp now) const;

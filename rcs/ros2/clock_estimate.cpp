@@ -43,14 +43,14 @@ void ClockEstimate::Clock::add(std::int64_t utime, Stamp stamp) {
   const std::int64_t difference_us = to_utime(stamp) - utime;
   if (!first) {
     first = stamp;
-    least_us = difference_us;
+    min_us = difference_us;
   }
   closed = stamp - *first > kWindow;
-  if (!closed) least_us = std::min(least_us, difference_us);
+  if (!closed) min_us = std::min(min_us, difference_us);
 }
 
 std::int64_t ClockEstimate::Clock::offset_us() const {
-  return std::abs(least_us) < kSame.count() ? 0 : least_us;
+  return std::abs(min_us) < kSame.count() ? 0 : min_us;
 }
 
 ros2::ClockOffsets ClockEstimate::offsets() const {

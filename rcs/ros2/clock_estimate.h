@@ -30,7 +30,7 @@ class ClockEstimate {
  private:
   struct Clock {
     std::optional<Stamp> first;
-    std::int64_t least_us = 0;
+    std::int64_t min_us = 0;
     bool closed = false;
 
     void add(std::int64_t utime, Stamp stamp);

@@ -100,7 +100,7 @@ std::vector<ActorScript> draw_actors(const ActorParams& params,
   for (std::size_t k = 1; k < waypoints_world.size(); ++k) {
     const Vec2 way = waypoints_world[k] - waypoints_world[k - 1];
     const Leg leg{waypoints_world[k - 1], way.normalized(), way.norm()};
-    const auto most = static_cast<std::uint64_t>(std::max(1, params.most_per_leg));
+    const auto most = static_cast<std::uint64_t>(std::max(1, params.max_per_leg));
     const int count = 1 + static_cast<int>(random.bits() % most);
     bool last = leg.length_m < kShortest_m;
     for (int n = 0; n < count; ++n) {

@@ -11,7 +11,7 @@ namespace rcs::sim {
 
 struct ActorParams {
   std::vector<std::string> kinds;  ///< crossing, following, oncoming, appearing; empty: none
-  int most_per_leg = 2;
+  int max_per_leg = 2;
   double people_share = 0.7;  ///< the others are vehicles
   double person_min_mps = 0.5;
   double person_max_mps = 2.0;

@@ -15,20 +15,20 @@ double distance_from_segment(const Vec2& a, const Vec2& b, const Vec2& p) {
 
 /// From the surface.
 double distance_from(const Road& road, const Vec2& p) {
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < road.points_world.size(); ++k) {
-    least_m =
-        std::min(least_m, distance_from_segment(road.points_world[k - 1], road.points_world[k], p));
+    min_m =
+        std::min(min_m, distance_from_segment(road.points_world[k - 1], road.points_world[k], p));
   }
-  return least_m - 0.5 * road.width_m;
+  return min_m - 0.5 * road.width_m;
 }
 
 }  // namespace
 
 double distance_from_road(const std::vector<Road>& roads, double x_m, double y_m) {
-  double least_m = std::numeric_limits<double>::infinity();
-  for (const Road& road : roads) least_m = std::min(least_m, distance_from(road, {x_m, y_m}));
-  return least_m;
+  double min_m = std::numeric_limits<double>::infinity();
+  for (const Road& road : roads) min_m = std::min(min_m, distance_from(road, {x_m, y_m}));
+  return min_m;
 }
 
 double relief_share(const Road& road, double x_m, double y_m) {

@@ -39,9 +39,9 @@ Contact contact(const World& world, const CoursePoint& at, const Pose& T_world_v
   const double half_length_m = 0.5 * footprint.length_m;
   const double half_width_m = 0.5 * footprint.width_m;
   for (double x = -half_length_m; x <= half_length_m + 1e-9; x += kSpacing_m) {
-    const double most_m = std::abs(x) <= x_m ? limits.belly_m : limits.bumper_m;
+    const double max_m = std::abs(x) <= x_m ? limits.belly_m : limits.bumper_m;
     for (double y = -half_width_m; y <= half_width_m + 1e-9; y += kSpacing_m) {
-      out.body = out.body || ground(x, y) - (middle + per_x * x + per_y * y) > most_m;
+      out.body = out.body || ground(x, y) - (middle + per_x * x + per_y * y) > max_m;
     }
   }
   const Vec3 x_body = T_world_vehicle.q * Vec3::UnitX();

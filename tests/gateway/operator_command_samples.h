@@ -7,8 +7,8 @@
 
 namespace rcs::gateway::test {
 
-inline WaypointOrder go_to(const std::string& operator_id, std::int64_t command_id) {
-  WaypointOrder order;
+inline WaypointCommand go_to(const std::string& operator_id, std::int64_t command_id) {
+  WaypointCommand order;
   order.operator_id = operator_id;
   order.command_id = command_id;
   order.kind = kKindGoto;
@@ -17,8 +17,8 @@ inline WaypointOrder go_to(const std::string& operator_id, std::int64_t command_
   return order;
 }
 
-inline WaypointOrder halt(const std::string& operator_id, std::int64_t command_id) {
-  WaypointOrder order;
+inline WaypointCommand halt(const std::string& operator_id, std::int64_t command_id) {
+  WaypointCommand order;
   order.operator_id = operator_id;
   order.command_id = command_id;
   return order;

@@ -21,7 +21,7 @@ TEST(OperatorCommands, AValidCommandIsAccepted) {
 
 TEST(OperatorCommands, EveryNumberOfAWaypointMustBeFiniteAndInItsRange) {
   const auto refusal = [](auto&& spoil) {
-    WaypointOrder order = go_to("alice", 1);
+    WaypointCommand order = go_to("alice", 1);
     spoil(&order.waypoints.back());
     return check(order, Limits{});
   };
@@ -43,28 +43,28 @@ TEST(OperatorCommands, EveryNumberOfAWaypointMustBeFiniteAndInItsRange) {
 
 TEST(OperatorCommands, CountTimeKindFrameAndIdAreBounded) {
   const auto refusal = [](auto&& spoil) {
-    WaypointOrder order = go_to("alice", 1);
+    WaypointCommand order = go_to("alice", 1);
     spoil(&order);
     return check(order, Limits{});
   };
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->waypoints.clear(); }), Refusal::kCount);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->waypoints.resize(65, o->waypoints[0]); }),
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->waypoints.clear(); }), Refusal::kCount);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->waypoints.resize(65, o->waypoints[0]); }),
             Refusal::kCount);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->valid_for = -o->valid_for; }), Refusal::kValidFor);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->valid_for = Duration(0); }), Refusal::kValidFor);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->valid_for = from_seconds(3600.0); }),
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->valid_for = -o->valid_for; }), Refusal::kValidFor);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->valid_for = Duration(0); }), Refusal::kValidFor);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->valid_for = from_seconds(3600.0); }),
             Refusal::kValidFor);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->kind = 4; }), Refusal::kKind);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->kind = -1; }), Refusal::kKind);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->frame = 2; }), Refusal::kFrame);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->command_id = 0; }), Refusal::kCommandId);
-  EXPECT_EQ(refusal([](WaypointOrder* o) { o->command_id = -1; }), Refusal::kCommandId);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->kind = 4; }), Refusal::kKind);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->kind = -1; }), Refusal::kKind);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->frame = 2; }), Refusal::kFrame);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->command_id = 0; }), Refusal::kCommandId);
+  EXPECT_EQ(refusal([](WaypointCommand* o) { o->command_id = -1; }), Refusal::kCommandId);
 }
 
 TEST(OperatorCommands, TasksNeedAMissionAndAreInFrameWorld) {
-  WaypointOrder follow = go_to("alice", 1);
+  WaypointCommand follow = go_to("alice", 1);
   follow.kind = kKindFollow;
-  WaypointOrder back = go_to("alice", 1);
+  WaypointCommand back = go_to("alice", 1);
   back.kind = kKindReturn;
   back.waypoints.clear();
   EXPECT_EQ(check(follow, Limits{}), Refusal::kNoMission);
@@ -81,7 +81,7 @@ TEST(OperatorCommands, TasksNeedAMissionAndAreInFrameWorld) {
 }
 
 TEST(OperatorCommands, AHaltIsRejectedForAnInvalidSenderOnly) {
-  WaypointOrder halt = go_to("alice", 1);
+  WaypointCommand halt = go_to("alice", 1);
   halt.kind = kKindHalt;
   halt.frame = 7;
   halt.valid_for = Duration(-1);

@@ -84,7 +84,7 @@ TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   c.frame = rcs_FRAME_LOCAL;
   c.valid_for_ms = -2000;
   c.waypoints = {1, 1, &w, false};
-  WaypointOrder order = from_sample(c, "alice");
+  WaypointCommand order = from_sample(c, "alice");
   EXPECT_EQ(order.valid_for, from_seconds(-2.0)) << "rejected later, not corrected here";
 
   const Command out = to_command({Action::Kind::kGoto, from_seconds(1.5), &order});

@@ -9,7 +9,7 @@ namespace {
 
 using Verdict = StopAdmission::Verdict;
 constexpr std::uint64_t kAlice = 11, kMallory = 12, kUnknown = 13;
-constexpr int kMost = static_cast<int>(StopAdmission::kMaxOthers);
+constexpr int kMax = static_cast<int>(StopAdmission::kMaxOthers);
 
 StopAdmission of_two_writers() {
   StopAdmission admission("demo3");
@@ -49,7 +49,7 @@ TEST(StopAdmission, AWriterThatInventsOperatorsIsBoundedAndItsStopsCount) {
     EXPECT_EQ(admission.judge({"demo3", name, kMallory, false}), Verdict::kDropped);
     if (admission.judge({"demo3", name, kUnknown, false}) == Verdict::kStored) ++stored;
   }
-  EXPECT_EQ(stored, kMost) << "its discovery may not have ended";
+  EXPECT_EQ(stored, kMax) << "its discovery may not have ended";
   EXPECT_EQ(admission.judge({"demo3", "invented5", kUnknown, false}), Verdict::kStored);
   EXPECT_EQ(admission.judge({"demo3", "invented", kUnknown, true}), Verdict::kUnnamedStop);
   EXPECT_EQ(admission.judge({"demo3", "alice", kAlice, true}), Verdict::kStored);

@@ -39,14 +39,14 @@ class Books {
                   if (m.scan_id == scan_) latency_trace_.sent(m.reference_utime, arrival);
                 }),
         registrations_(bus, channel::kSpRegistration,
-                       [this](const registration_t& m, Stamp) { latency_trace_.take(m); }),
+                       [this](const registration_t& m, Stamp) { latency_trace_.accept(m); }),
         nav_states_(bus, channel::kWmNavState,
-                    [this](const nav_state_t& m, Stamp) { latency_trace_.take(m); }),
+                    [this](const nav_state_t& m, Stamp) { latency_trace_.accept(m); }),
         drives_(bus, channel::kBgDrive,
-                [this](const drive_t& m, Stamp) { latency_trace_.take(m); }) {
+                [this](const drive_t& m, Stamp) { latency_trace_.accept(m); }) {
     for (const char* node : {"sp", "wm", "bg"}) {
       cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
-                           [this](const cycle_t& m, Stamp) { latency_trace_.take(m); });
+                           [this](const cycle_t& m, Stamp) { latency_trace_.accept(m); });
     }
   }
 

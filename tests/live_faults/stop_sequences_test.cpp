@@ -2,7 +2,7 @@
 // three issuers, of `rcs go` and of operators over DDS, kill -9 of nodes and of `rcs up`, and
 // replayed, forged, expired and future commands. From the cycle of a stop on BG commands full brake
 // only, and once at rest the vehicle does not move before the release of every stop. The sequences
-// in lockstep (tests/bg/stop_stories_test.cpp) are drawn by the same generator and judged by the
+// in lockstep (tests/bg/stop_sequences_test.cpp) are drawn by the same generator and judged by the
 // same law. RCS_DRILL_TIMES: sequences, default 60; RCS_SEQUENCE_SEED: of the first, default 1.
 
 #include <fmt/format.h>

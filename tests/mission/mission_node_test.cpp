@@ -242,7 +242,7 @@ TEST(MissionNode, GroundThatWasBlockedIsFreeForAnotherTask) {
 
 TEST(MissionNode, AfterMaxBlockedRoutesTheTaskHasFailedUntilAnotherTask) {
   MissionConfig config;
-  config.decide.most_blocked = 1;
+  config.decide.max_blocked = 1;
   Life life(open_ground(), config);
   life.give(kVisit, {{100.0, 0.0}});
   ASSERT_TRUE(life.until("DRIVING"));

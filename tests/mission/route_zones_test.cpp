@@ -20,7 +20,7 @@ RouteMap open_ground() {
   return {Area{Vec2(-200.0, -200.0), Vec2(200.0, 200.0)}, RouteMapParams()};
 }
 
-double least_clearance_m(const Zones& zones, const RouteLine& line) {
+double min_clearance_m(const Zones& zones, const RouteLine& line) {
   double least = 1e9;
   for (std::size_t k = 1; k < line.size(); ++k) {
     for (double t = 0.0; t <= 1.0; t += 0.01) {
@@ -37,13 +37,13 @@ TEST(RouteZones, ARouteKeepsItsClearanceFromAKeepOut) {
   const Zones zones({box(ZoneKind::kKeepOut, {-10.0, -60.0}, {10.0, 80.0})});
   RouteMap map = open_ground();
   RouteSearch search;
-  EXPECT_LT(least_clearance_m(zones, search.find(map, kFrom, kTo, 0.0)), 0.0);
+  EXPECT_LT(min_clearance_m(zones, search.find(map, kFrom, kTo, 0.0)), 0.0);
   for (const double clearance_m : {0.0, 5.0, 20.0}) {
     map.set_zones(zones, clearance_m, kSpeed_mps);
     const RouteLine line = search.find(map, kFrom, kTo, 0.0);
     ASSERT_FALSE(line.empty());
     // The centre of every cell on the way keeps it.
-    EXPECT_GT(least_clearance_m(zones, line), clearance_m - 0.75 * map.cell_m()) << clearance_m;
+    EXPECT_GT(min_clearance_m(zones, line), clearance_m - 0.75 * map.cell_m()) << clearance_m;
     EXPECT_LT(length_m(line), 340.0 + 2.0 * clearance_m) << "around the nearer end";
   }
   map.set_zones({}, 20.0, kSpeed_mps);

@@ -55,7 +55,7 @@ std::string feature(const char* properties, const std::vector<Vec2>& border,
 /// What the true outline of the vehicle did.
 struct Outcome {
   driving::ClosedLoopRun run;
-  double least_m = 1e9;  ///< clearance
+  double min_m = 1e9;  ///< clearance
   double fastest_in_yard_mps = 0.0;
   std::int64_t allocations = 0;
 };
@@ -112,13 +112,13 @@ class ZoneDrive : public testing::Test {
     for (const driving::ClosedLoopSample& s : out.run.trace) {
       const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
       const Vec3& p = s.T_world_vehicle.p;
-      const bg::Place place{p.x(), p.y(), std::atan2(ahead.y(), ahead.x()), 0.0};
-      out.least_m = std::min(out.least_m, bg::zone_clearance(zones_, body, place));
+      const bg::Pose2d place{p.x(), p.y(), std::atan2(ahead.y(), ahead.x()), 0.0};
+      out.min_m = std::min(out.min_m, bg::zone_clearance(zones_, body, place));
       // Beyond the border by more than the position error.
       if (p.x() > 81.0) out.fastest_in_yard_mps = std::max(out.fastest_in_yard_mps, s.speed_mps);
     }
     std::printf("%sleast clearance of the true outline %.2f m, in the yard at most %.1f m/s\n",
-                describe(out.run).c_str(), out.least_m, out.fastest_in_yard_mps);
+                describe(out.run).c_str(), out.min_m, out.fastest_in_yard_mps);
     for (const auto& [state, time_s] : out.run.states_s) {
       std::printf("%s %.1f s\n", state.c_str(), time_s);
     }
@@ -135,7 +135,7 @@ TEST_F(ZoneDrive, AKeepOutAcrossTheWayIsNeverEnteredByTheTruePosition) {
   EXPECT_EQ(out.run.config_error, "");
   EXPECT_TRUE(out.run.done) << out.run.state << ": " << out.run.reason;
   EXPECT_EQ(out.run.reached, 1);
-  EXPECT_GT(out.least_m, 0.0);
+  EXPECT_GT(out.min_m, 0.0);
   EXPECT_LT(out.fastest_in_yard_mps, 2.3);
   if (HeapGuard::available()) {
     EXPECT_EQ(out.allocations, 0);
@@ -146,7 +146,7 @@ TEST_F(ZoneDrive, TheVehicleLevelRoutesAroundIt) {
   const Outcome out = drive(true, driving::Level::kVisit);
   EXPECT_TRUE(out.run.done) << out.run.state << ": " << out.run.reason;
   EXPECT_EQ(out.run.reached, 1);
-  EXPECT_GT(out.least_m, 3.0) << "the route keeps the alert limit from it";
+  EXPECT_GT(out.min_m, 3.0) << "the route keeps the alert limit from it";
 }
 
 TEST_F(ZoneDrive, ATaskIntoAKeepOutIsRefusedByTheNameOfTheZone) {
@@ -162,7 +162,7 @@ TEST_F(ZoneDrive, ATaskIntoAKeepOutIsRefusedByTheNameOfTheZone) {
 TEST_F(ZoneDrive, WithoutZonesTheSameDriveCrossesIt) {
   const Outcome out = drive(false);
   EXPECT_TRUE(out.run.done) << out.run.state << ": " << out.run.reason;
-  EXPECT_LT(out.least_m, -1.0);
+  EXPECT_LT(out.min_m, -1.0);
   EXPECT_GT(out.fastest_in_yard_mps, 3.0);
 }
 

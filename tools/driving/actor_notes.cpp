@@ -50,16 +50,16 @@ int ActorOutcome::contacts_of_vehicle() const {
 ActorNotes::ActorNotes(Bus* bus, const sim::Simulator& simulator)
     : simulator_(simulator),
       actors_(simulator.actors().size()),
-      truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
-      nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
+      truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { accept(m); }),
+      nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { accept(m); }),
       patches_(bus, channel::kWmMapPatch,
-               [this](const map_patch_t& m, Stamp) { take(m, now_s_); }) {
+               [this](const map_patch_t& m, Stamp) { accept(m, now_s_); }) {
   for (std::size_t k = 0; k < actors_.size(); ++k) {
     actors_[k].kind = simulator.actors().script(k).kind;
   }
 }
 
-void ActorNotes::take(const truth_t& m) {
+void ActorNotes::accept(const truth_t& m) {
   RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle_));
   now_s_ = time_of(m.utime);
   if (m.seq % 10 != 0) return;
@@ -100,7 +100,7 @@ void ActorNotes::tread(std::size_t actor, double now_s) {
 }
 
 // With the pose of the same moment.
-void ActorNotes::take(const nav_state_t& m) {
+void ActorNotes::accept(const nav_state_t& m) {
   Pose T_local_vehicle;
   RCS_CHECK(from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle));
   const double time_s = std::max(0.0, time_of(m.utime));
@@ -137,7 +137,7 @@ bool ActorNotes::in_view(const Vec2& place_world, double now_s) const {
   return hit.range_m > way.norm() + kBeside_m;
 }
 
-void ActorNotes::take(const map_patch_t& m, double now_s) {
+void ActorNotes::accept(const map_patch_t& m, double now_s) {
   const double since_s = now_s - patch_s_;
   patch_s_ = now_s;
   if (!located_) return;

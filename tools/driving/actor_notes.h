@@ -58,9 +58,9 @@ class ActorNotes {
   };
   using Key = std::pair<int, int>;
 
-  void take(const truth_t& m);
-  void take(const nav_state_t& m);
-  void take(const map_patch_t& m, double now_s);
+  void accept(const truth_t& m);
+  void accept(const nav_state_t& m);
+  void accept(const map_patch_t& m, double now_s);
   void tread(std::size_t actor, double now_s);
   [[nodiscard]] bool actor_within(const Vec2& place_world, double distance_m, double now_s) const;
   [[nodiscard]] bool in_view(const Vec2& place_world, double now_s) const;

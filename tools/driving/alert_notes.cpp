@@ -26,11 +26,11 @@ AlertNotes::AlertNotes(Bus* bus, std::int8_t frame, const vj::SpeedParams& limit
       limits_(limits),
       task_mps_(task_mps),
       braking_mps2_(braking_mps2),
-      commands_(bus, channel::kBgCommand, [this](const command_t& m, Stamp) { take(m); }),
-      levels_(bus, channel::kWmIntegrity, [this](const integrity_t& m, Stamp) { take(m); }),
-      nav_states_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
-      truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
-      drive_(bus, channel::kBgDrive, [this](const drive_t& m, Stamp) { take(m); }) {}
+      commands_(bus, channel::kBgCommand, [this](const command_t& m, Stamp) { accept(m); }),
+      levels_(bus, channel::kWmIntegrity, [this](const integrity_t& m, Stamp) { accept(m); }),
+      nav_states_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { accept(m); }),
+      truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { accept(m); }),
+      drive_(bus, channel::kBgDrive, [this](const drive_t& m, Stamp) { accept(m); }) {}
 
 double AlertNotes::allowed_share() const {
   const std::size_t known = std::min(count_, shares_.size());
@@ -39,7 +39,7 @@ double AlertNotes::allowed_share() const {
                                         shares_.begin() + static_cast<std::ptrdiff_t>(known));
 }
 
-void AlertNotes::take(const command_t& m) {
+void AlertNotes::accept(const command_t& m) {
   if (m.kind != command_t::KIND_GOTO) return;
   const bool in_world = m.frame == command_t::FRAME_WORLD;
   if (in_world != in_world_) {
@@ -58,12 +58,12 @@ void AlertNotes::take(const command_t& m) {
   for (const waypoint_t& w : m.waypoint) task_mps_ = std::max(task_mps_, w.speed_mps);
 }
 
-void AlertNotes::take(const integrity_t& m) {
+void AlertNotes::accept(const integrity_t& m) {
   if (!in_world_ || m.validity != integrity_t::VALID_WORLD) return;  // BG is in a state of its own
   take_levels(m.protection_horizontal_m, m.protection_vertical_m);
 }
 
-void AlertNotes::take(const nav_state_t& m) {
+void AlertNotes::accept(const nav_state_t& m) {
   constexpr std::int64_t kEvery_us = 100'000;  // as WM_INTEGRITY
   bg::Nav nav;
   if (in_world_ || m.utime - nav_utime_ < kEvery_us || !bg::read_nav(m, Stamp::min(), &nav)) return;
@@ -84,7 +84,7 @@ void AlertNotes::take_levels(double horizontal_m, double vertical_m) {
   }
 }
 
-void AlertNotes::take(const truth_t& m) {
+void AlertNotes::accept(const truth_t& m) {
   const double since_s =
       truth_utime_ == 0 ? 0.0 : 1e-6 * static_cast<double>(m.utime - truth_utime_);
   truth_utime_ = m.utime;
@@ -105,7 +105,7 @@ void AlertNotes::take(const truth_t& m) {
   }
 }
 
-void AlertNotes::take(const drive_t& m) {
+void AlertNotes::accept(const drive_t& m) {
   const double share = allowed_share();
   if (share >= 1.0) return;
   if (share > 0.0) outcome_.slowed_s += kDrivePeriod_s;

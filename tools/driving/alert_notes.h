@@ -37,12 +37,12 @@ class AlertNotes {
   [[nodiscard]] const AlertOutcome& outcome() const { return outcome_; }
 
  private:
-  void take(const command_t& m);
-  void take(const integrity_t& m);
-  void take(const nav_state_t& m);
+  void accept(const command_t& m);
+  void accept(const integrity_t& m);
+  void accept(const nav_state_t& m);
   void take_levels(double horizontal_m, double vertical_m);
-  void take(const truth_t& m);
-  void take(const drive_t& m);
+  void accept(const truth_t& m);
+  void accept(const drive_t& m);
   /// Largest of the last shares: BG plans four times a second.
   [[nodiscard]] double allowed_share() const;
 

@@ -169,7 +169,7 @@ Command goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& optio
 /// How long a node was in each state.
 class StateNotes {
  public:
-  void take(const status_t& m, std::map<std::string, double>* states_s) {
+  void accept(const status_t& m, std::map<std::string, double>* states_s) {
     const Stamp now = from_utime(m.utime);
     if (!state_.empty()) (*states_s)[state_] += seconds(now - at_);
     state_ = m.state;
@@ -192,21 +192,21 @@ class Notes {
         operator_(op),
         run_(*run),
         world_(scenario.datum),
-        truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
+        truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { accept(m); }),
         fixes_(bus, channel::kGpsFix,
                [this](const gps_fix_t& m, Stamp) { fix_ = from_utime(m.utime); }),
-        nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
+        nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { accept(m); }),
         levels_(bus, channel::kWmIntegrity,
                 [this](const integrity_t& m, Stamp) {
                   level_m_ =
                       m.validity == integrity_t::VALID_WORLD ? m.protection_horizontal_m : kNoLevel;
                 }),
         states_(bus, channel::kBgStatus,
-                [this](const status_t& m, Stamp) { bg_state_.take(m, &run_.states_s); }),
+                [this](const status_t& m, Stamp) { bg_state_.accept(m, &run_.states_s); }),
         mission_states_(
             bus, channel::kMissionStatus,
-            [this](const status_t& m, Stamp) { mission_state_.take(m, &run_.mission_states_s); }),
-        plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }),
+            [this](const status_t& m, Stamp) { mission_state_.accept(m, &run_.mission_states_s); }),
+        plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { accept(m); }),
         routes_(bus, channel::kMissionRoutes,
                 [this](const routes_t& m, Stamp) { run_.routes.push_back(m); }) {
     if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
@@ -215,7 +215,7 @@ class Notes {
   [[nodiscard]] Stamp last() const { return sample_.stamp; }
 
  private:
-  void take(const truth_t& m) {
+  void accept(const truth_t& m) {
     Pose T;
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T));
     const Vec2 v = from_message(m.v_world_mps).head<2>();
@@ -259,7 +259,7 @@ class Notes {
     sample_.contact = false;
   }
 
-  void take(const nav_state_t& m) {
+  void accept(const nav_state_t& m) {
     Pose T_local_vehicle, T_world_vehicle;
     RCS_CHECK(from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle));
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle));
@@ -280,7 +280,7 @@ class Notes {
         T_world_vehicle;
   }
 
-  void take(const plan_t& m) {
+  void accept(const plan_t& m) {
     const bool often =
         !run_.plans.empty() && from_utime(m.utime) - run_.plans.back().stamp < from_seconds(1.0);
     if (!received_ || m.n == 0 || often) return;

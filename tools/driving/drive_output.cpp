@@ -92,7 +92,7 @@ Json to_json(const AlertOutcome& alerts) {
 
 Json to_json(const ZoneOutcome& zones) {
   Json out = {{"judged", zones.judged}, {"entries", zones.entries}};
-  if (zones.judged) out["clearance_m"] = zones.least_clearance_m;
+  if (zones.judged) out["clearance_m"] = zones.min_clearance_m;
   return out;
 }
 
@@ -200,7 +200,7 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
            report::fixed(w.lateral_max_m, 2), report::fixed(w.end_m, 2)});
     }
     if (zones) {
-      add({std::to_string(run.zones.entries), report::fixed(run.zones.least_clearance_m, 1)});
+      add({std::to_string(run.zones.entries), report::fixed(run.zones.min_clearance_m, 1)});
     }
     if (alerts) {
       const AlertOutcome& o = run.alerts;
@@ -259,12 +259,12 @@ std::string drive_summary(const std::vector<DriveRow>& rows) {
   }
   if (has_zones(rows)) {
     int entries = 0;
-    double least_m = 1e3;
+    double min_m = 1e3;
     for (const DriveRow& row : rows) {
       entries += row.run.zones.entries;
-      least_m = std::min(least_m, row.run.zones.least_clearance_m);
+      min_m = std::min(min_m, row.run.zones.min_clearance_m);
     }
-    text += fmt::format("zones: entered {} times, smallest clearance {:.1f} m\n", entries, least_m);
+    text += fmt::format("zones: entered {} times, smallest clearance {:.1f} m\n", entries, min_m);
   }
   if (has_alerts(rows)) {
     AlertOutcome sum;

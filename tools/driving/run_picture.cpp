@@ -36,7 +36,7 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   }
   if (run.zones.judged) {
     picture.facts.push_back(fmt::format("zones: entered {} times, smallest clearance {:.1f} m",
-                                        run.zones.entries, run.zones.least_clearance_m));
+                                        run.zones.entries, run.zones.min_clearance_m));
   }
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {

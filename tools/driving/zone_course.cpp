@@ -84,7 +84,7 @@ void ZoneJudge::note(const Pose& T_world_vehicle) {
   const double clearance_m = bg::zone_clearance(
       zones_, body_,
       {T_world_vehicle.p.x(), T_world_vehicle.p.y(), std::atan2(ahead.y(), ahead.x()), 0.0});
-  outcome_.least_clearance_m = std::min(outcome_.least_clearance_m, clearance_m);
+  outcome_.min_clearance_m = std::min(outcome_.min_clearance_m, clearance_m);
   outcome_.entries += clearance_m < 0.0 && !inside_ ? 1 : 0;
   inside_ = clearance_m < 0.0;
 }

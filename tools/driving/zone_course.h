@@ -25,7 +25,7 @@ namespace rcs::driving {
 struct ZoneOutcome {
   bool judged = false;
   int entries = 0;  ///< into forbidden ground
-  double least_clearance_m = 1e3;
+  double min_clearance_m = 1e3;
 };
 
 class ZoneJudge {

@@ -45,7 +45,7 @@ struct Curve {
 /// Collects one frame local: another one begins from the start.
 class Drive {
  public:
-  void take(const nav_state_t& m) {
+  void accept(const nav_state_t& m) {
     if (!from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle_)) return;
     if (m.local_utime != local_utime_) *this = Drive(m.local_utime, T_local_vehicle_, level_m_);
     const Vec3& p = T_local_vehicle_.p;
@@ -70,9 +70,9 @@ class Drive {
     }
   }
 
-  void take(const integrity_t& m) { level_m_ = m.protection_horizontal_m; }
+  void accept(const integrity_t& m) { level_m_ = m.protection_horizontal_m; }
 
-  void take(const map_patch_t& m) {
+  void accept(const map_patch_t& m) {
     constexpr int kFarthest = 1'000'000;  // cells
     const bool good = m.local_utime == local_utime_ && m.width > 0 && m.cell_m > 0.0 &&
                       std::abs(m.first_i) < kFarthest && std::abs(m.first_j) < kFarthest;
@@ -89,7 +89,7 @@ class Drive {
     }
   }
 
-  void take(const plan_t& m) {
+  void accept(const plan_t& m) {
     const double t_s = 1e-6 * static_cast<double>(m.utime);
     if (m.point.empty() || t_s < next_path_s_) return;
     next_path_s_ = t_s + kEveryPath_s;
@@ -98,7 +98,7 @@ class Drive {
   }
 
   /// The candidates of all choices, by the pose in frame world at each.
-  void take(const routes_t& m) {
+  void accept(const routes_t& m) {
     choices_.push_back(m);
     for (const route_t& r : m.route) {
       Curve& curve = r.verdict == route_t::VERDICT_CHOSEN ? chosen_ : others_;
@@ -111,7 +111,7 @@ class Drive {
   }
 
   /// @param task  of the mission, whose places are shown instead of those along its routes
-  void take(const command_t& m, bool task) {
+  void accept(const command_t& m, bool task) {
     if (m.kind != command_t::KIND_GOTO && m.kind != command_t::KIND_FOLLOW) return;
     if (has_task_ && !task) return;
     if (task && !has_task_) waypoints_.clear();
@@ -191,9 +191,9 @@ bool read(const LogEvent& event, const char* channel, Drive* drive) {
   M m;
   if (m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) < 0) return true;
   if constexpr (std::is_same_v<M, command_t>) {
-    drive->take(m, event.channel == channel::kMissionCommand);
+    drive->accept(m, event.channel == channel::kMissionCommand);
   } else {
-    drive->take(m);
+    drive->accept(m);
   }
   return true;
 }

@@ -82,7 +82,7 @@ void ScanLatencyTrace::sent(std::int64_t reference_utime, Stamp at) {
   ++facets_sent_;
 }
 
-void ScanLatencyTrace::take(const registration_t& m) {
+void ScanLatencyTrace::accept(const registration_t& m) {
   account_ = m.account;
   if (m.target != registration_t::TARGET_ROLLING) return;
   const auto scan = scans_.find(m.latency_trace.measured_utime);
@@ -91,19 +91,19 @@ void ScanLatencyTrace::take(const registration_t& m) {
   scan->second.answer = SpResult{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};
 }
 
-void ScanLatencyTrace::take(const nav_state_t& m) {
+void ScanLatencyTrace::accept(const nav_state_t& m) {
   const auto scan = scans_.find(m.latency_trace.measured_utime);
   if (scan == scans_.end() || m.latency_trace.wm_start_utime == 0) return;
   if (!scan->second.nav_state) scan->second.nav_state = m.latency_trace;
 }
 
-void ScanLatencyTrace::take(const drive_t& m) {
+void ScanLatencyTrace::accept(const drive_t& m) {
   const auto scan = scans_.find(m.latency_trace.measured_utime);
   if (scan == scans_.end() || m.latency_trace.bg_start_utime == 0) return;
   if (!scan->second.driven_by) scan->second.driven_by = m.latency_trace;
 }
 
-void ScanLatencyTrace::take(const cycle_t& m) {
+void ScanLatencyTrace::accept(const cycle_t& m) {
   Cycles& cycles = cycles_[m.node];
   cycles.by_start[m.utime] = m;
   cycles.newest = m;

@@ -71,10 +71,10 @@ class ScanLatencyTrace {
  public:
   /// A facet was sent; facets of a scan in order of time.
   void sent(std::int64_t reference_utime, Stamp at);
-  void take(const registration_t& m);
-  void take(const nav_state_t& m);
-  void take(const drive_t& m);
-  void take(const cycle_t& m);
+  void accept(const registration_t& m);
+  void accept(const nav_state_t& m);
+  void accept(const drive_t& m);
+  void accept(const cycle_t& m);
 
   /// Call it after the last message.
   [[nodiscard]] BudgetRecord close() const;

@@ -14,7 +14,7 @@ using report::Colour;
 using report::SeriesStyle;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLeast_m = 1e-3;  // of a logarithmic axis
+constexpr double kMin_m = 1e-3;  // of a logarithmic axis
 constexpr Duration kPeriod = std::chrono::milliseconds(100);
 /// Longer silences interrupt a line.
 constexpr Duration kGap = std::chrono::milliseconds(1000);
@@ -102,7 +102,7 @@ report::Plot position_plot(const Kind& kind, const recording::RunLog& run, const
   if (world != nullptr) {
     TimeLine error_line(&error, zero);
     for (const WorldError& e : world->errors) {
-      error_line.add(e.stamp, std::max(kLeast_m, kind.error(e)));
+      error_line.add(e.stamp, std::max(kMin_m, kind.error(e)));
     }
   }
   for (report::Series* s : {&level, &limit, &error}) {

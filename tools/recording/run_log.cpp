@@ -329,8 +329,8 @@ std::optional<Stamp> begin_in_sensor_time(const std::string& path) {
     if (!first) first = event.stamp;
     if (event.channel != channel::kSimTruth && event.channel != channel::kWmNavState) continue;
     const std::optional<MessageHead> head = read_head(event.channel, event.data);
-    constexpr std::int64_t kMost = std::int64_t{1} << 60;  // beyond: a damaged message
-    if (head && head->utime > -kMost && head->utime < kMost) {
+    constexpr std::int64_t kMax = std::int64_t{1} << 60;  // beyond: a damaged message
+    if (head && head->utime > -kMax && head->utime < kMax) {
       return from_utime(head->utime) - (event.stamp - *first);
     }
   }

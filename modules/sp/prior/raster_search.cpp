@@ -193,8 +193,8 @@ RasterSteps finish(const Points& source_vehicle, RasterFit fit, RasterSearchWork
 
 /// Smallest advantage of the first candidate over another one outside of its 95 % ellipse;
 /// infinite: there is none.
-double least_advantage(const RasterFit& fit, const RasterAccuracy& accuracy,
-                       RasterSearchWorkspace* ws) {
+double min_advantage(const RasterFit& fit, const RasterAccuracy& accuracy,
+                     RasterSearchWorkspace* ws) {
   double least = std::numeric_limits<double>::infinity();
   const RasterPose& best = ws->candidates.front();
   const Mat<2, 2> information = accuracy.covariance.topLeftCorner<2, 2>().inverse();
@@ -220,7 +220,7 @@ bool refused(const RasterFit& fit, const RasterAccuracy& accuracy,
   const Vec2 off = (ws->candidates.front().p_map - prediction.T_target_vehicle.p).head<2>();
   if (kMinGain * std::sqrt(axes.eigenvalues()[1]) > predicted) return true;
   if (off.norm() > kFarthest * predicted) return true;
-  return least_advantage(fit, accuracy, ws) < kAdvantage;
+  return min_advantage(fit, accuracy, ws) < kAdvantage;
 }
 
 /// A refused match has information about the height alone, at the position of the prediction.

@@ -50,16 +50,16 @@ std::int64_t sum(const ScanCounts& c) {
 TEST(ScanLatencyTrace, EveryScanHasExactlyOneOutcome) {
   ScanLatencyTrace books;
   for (int scan = 0; scan < 8; ++scan) books.sent(reference(scan), from_utime(at(scan, 0)));
-  books.take(answer(0, registration_t::STOP_SEEDED, 0, 1));
-  books.take(answer(1, registration_t::STOP_CONVERGED, 1, 2));
-  books.take(answer(2, registration_t::STOP_HELD, 3, 3));
-  books.take(answer(3, registration_t::STOP_TOO_FEW, 0, 4));
+  books.accept(answer(0, registration_t::STOP_SEEDED, 0, 1));
+  books.accept(answer(1, registration_t::STOP_CONVERGED, 1, 2));
+  books.accept(answer(2, registration_t::STOP_HELD, 3, 3));
+  books.accept(answer(3, registration_t::STOP_TOO_FEW, 0, 4));
   // A new map after the failure: no second result.
-  books.take(answer(3, registration_t::STOP_SEEDED, 0, 4));
+  books.accept(answer(3, registration_t::STOP_SEEDED, 0, 4));
   // Scan 4 is dropped, the result of scan 5 is lost, and scan 7 is unaccounted for.
   registration_t last = answer(6, registration_t::STOP_CONVERGED, 0, 6);
   last.account.dropped = 1;
-  books.take(last);
+  books.accept(last);
   const ScanCounts c = books.close().scans;
   EXPECT_EQ(c.sent, 8);
   EXPECT_EQ(c.full, 3);  // 0, 6 and the lost 5
@@ -77,23 +77,23 @@ TEST(ScanLatencyTrace, TheHopsAddUpToTheChain) {
   books.sent(reference(0), from_utime(at(0, -6'000)));
   books.sent(reference(0), from_utime(at(0, 0)));
   registration_t m = answer(0, registration_t::STOP_CONVERGED, 0, 1);
-  books.take(m);
+  books.accept(m);
   cycle_t sp = cycle("sp", at(0, 300), 9'000);
   sp.stage = {{"convert", 700}, {"deskew", 100}, {"register", 4'900}, {"map", 3'300}};
   sp.n_stages = 4;
-  books.take(sp);
+  books.accept(sp);
   nav_state_t nav{};
   nav.latency_trace = m.latency_trace;
   nav.latency_trace.wm_arrival_utime = at(0, 5'500);
   nav.latency_trace.wm_start_utime = at(0, 5'600);
-  books.take(nav);
-  books.take(cycle("wm", at(0, 5'600), 150));
+  books.accept(nav);
+  books.accept(cycle("wm", at(0, 5'600), 150));
   drive_t drive{};
   drive.latency_trace = nav.latency_trace;
   drive.latency_trace.bg_arrival_utime = at(0, 5'950);
   drive.latency_trace.bg_start_utime = at(0, 30'000);
-  books.take(drive);
-  books.take(cycle("bg", at(0, 30'000), 1'000));
+  books.accept(drive);
+  books.accept(cycle("bg", at(0, 30'000), 1'000));
 
   const BudgetRecord record = books.close();
   const auto only = [&](const char* name) {

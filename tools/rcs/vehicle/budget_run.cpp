@@ -112,14 +112,14 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
       timeline_(timeline),
       progress_(std::move(progress)),
       registrations_(bus, channel::kSpRegistration,
-                     [this](const registration_t& m) { trace_.take(m); }),
+                     [this](const registration_t& m) { trace_.accept(m); }),
       nav_states_(bus, channel::kWmNavState,
                   [this](const nav_state_t& m) {
-                    trace_.take(m);
+                    trace_.accept(m);
                     if (operator_) operator_->take(m);
                     if (mission_) mission_->take(m);
                   }),
-      drives_(bus, channel::kBgDrive, [this](const drive_t& m) { trace_.take(m); }) {
+      drives_(bus, channel::kBgDrive, [this](const drive_t& m) { trace_.accept(m); }) {
   const auto runs = [this](std::string_view node) {
     return std::find(plan_.nodes.begin(), plan_.nodes.end(), node) != plan_.nodes.end();
   };
@@ -130,7 +130,7 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
   }
   for (const std::string& node : plan_.nodes) {
     cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
-                         [this](const cycle_t& m) { trace_.take(m); });
+                         [this](const cycle_t& m) { trace_.accept(m); });
     lives_.emplace_back(bus, channel_of(node, "PROCESS"), [this](const process_t& m) {
       for (Running& r : nodes_) r.alive = r.alive || r.process.pid() == m.pid;
     });

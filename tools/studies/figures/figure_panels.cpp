@@ -46,16 +46,16 @@ int height_px(const Window& w) {
 }
 
 /// Every point with its distance, and their mean.
-/// @param most_cm  the upper end of the axis
-Plot point_by_point(const std::string& title, const PlacedData& placed, double most_cm) {
+/// @param max_cm  the upper end of the axis
+Plot point_by_point(const std::string& title, const PlacedData& placed, double max_cm) {
   const auto n = static_cast<double>(placed.distance_m.size());
   Series dots{"", placed.colour, SeriesStyle::kDots, {}, {}, {}};
   for (std::size_t i = 0; i < placed.distance_m.size(); ++i) {
     dots.x.push_back(static_cast<double>(i) + 0.5);
     dots.y.push_back(100.0 * double{placed.distance_m[i]});
   }
-  const auto above = std::count_if(dots.y.begin(), dots.y.end(),
-                                   [most_cm](double d_cm) { return d_cm > most_cm; });
+  const auto above =
+      std::count_if(dots.y.begin(), dots.y.end(), [max_cm](double d_cm) { return d_cm > max_cm; });
   dots.label = fmt::format("each data point; {:.0f} % are above the axis",
                            100.0 * static_cast<double>(above) / n);
   const double mean_cm = placed.mean_cm();
@@ -70,7 +70,7 @@ Plot point_by_point(const std::string& title, const PlacedData& placed, double m
   plot.x_label = "number of the data point, in the order of the scan";
   plot.y_label = "distance [cm]";
   plot.height_px = 240;
-  plot.window = Window{0.0, n, 0.0, most_cm};
+  plot.window = Window{0.0, n, 0.0, max_cm};
   plot.series = {std::move(dots), std::move(mean)};
   return plot;
 }
@@ -153,15 +153,15 @@ std::vector<Plot> FigurePanels::distances(char letter) const {
     share_cm = std::max(share_cm, 100.0 * tools::percentile(sorted, kShownShare));
     median_cm = std::max(median_cm, p->median_cm());
   }
-  const double most_cm = std::max(0.1, std::min(share_cm, kShownMedians * median_cm));
+  const double max_cm = std::max(0.1, std::min(share_cm, kShownMedians * median_cm));
   std::vector<Plot> plots;
   std::vector<report::NamedDistances> named;
   for (const PlacedData* p : all) {
     plots.push_back(
-        point_by_point(title(letter, "closest-point distances " + p->name), *p, most_cm));
+        point_by_point(title(letter, "closest-point distances " + p->name), *p, max_cm));
     named.push_back({p->name, p->colour, p->distance_m});
   }
-  Plot histogram = report::distance_histogram(named, 0.01 * most_cm);
+  Plot histogram = report::distance_histogram(named, 0.01 * max_cm);
   histogram.title = title(letter, "histogram of these distances");
   plots.push_back(std::move(histogram));
   return plots;
