@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rcs/base/check.h"
@@ -59,6 +60,10 @@ class Node {
   /// Amount of work that the node left out in its newest unit of work, to meet its deadline; 0:
   /// none.
   [[nodiscard]] virtual int degrade_level() const { return 0; }
+
+  /// What a person should know of the process, e.g. keys that expire soon; empty: nothing. Shown by
+  /// `rcs top` until it is empty again.
+  [[nodiscard]] virtual std::string_view note() const { return {}; }
 };
 
 /// The wakeups of a periodic node: first + k * period. After an overrun it continues at the next

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "rcs/base/printable.h"
+#include "rcs/node/bus/message_size.h"
 #include "rcs/node/time_text.h"
 #include "rcs/node/timeline/live_timeline.h"
 
@@ -66,6 +67,7 @@ EventPrinter::EventPrinter(Bus* bus, std::string_view node) : start_utime_(wall_
 
 void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) noexcept {
   try {
+    if (size > kMaxEncodedBytes<event_t>) return;
     if (event_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
     const char* severity = event_.severity == event_t::SEVERITY_ERROR     ? "error"
                            : event_.severity == event_t::SEVERITY_WARNING ? "warning"

@@ -147,6 +147,21 @@ TEST(ProcessUsage, MeasuresTheHeapInUse) {
   EXPECT_NEAR(static_cast<double>(full.heap_kb - empty.heap_kb), 0.0, 100.0);
 }
 
+/// Runs never; has a note.
+class NodeWithNote final : public Node {
+ public:
+  [[nodiscard]] const NodeInfo& info() const override { return info_; }
+  [[nodiscard]] Stamp next_wakeup() const override { return Stamp::max(); }
+  void run(const Cycle&) override {}
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override { return {}; }
+  [[nodiscard]] std::string_view note() const override { return text; }
+
+  std::string_view text;
+
+ private:
+  NodeInfo info_{"sp", ms(50), Duration::zero()};
+};
+
 /// 30 s of a process whose node is idle.
 class ProcessNodeTest : public testing::Test {
  protected:
@@ -154,11 +169,12 @@ class ProcessNodeTest : public testing::Test {
     ProcessFacts facts{"sp", "vehicle.toml", 42, at_ms(500), {}, "bus reachable from eth0"};
     facts.grant.memory_locked = true;
     facts.grant.refusals = {"SCHED_FIFO 60 not granted: Operation not permitted"};
-    node_.emplace(&bus_, facts, &counter_);
+    node_.emplace(&bus_, facts, &counter_, &of_);
   }
 
   LocalBus bus_;
   CycleCounter counter_{nullptr};
+  NodeWithNote of_;
   Inbox<process_t> inbox_{&bus_, "SP_PROCESS", 100};
   std::optional<ProcessNode> node_;
 };
@@ -176,6 +192,22 @@ TEST_F(ProcessNodeTest, PublishesOnceASecondWithTheRefusedRequests) {
   EXPECT_EQ(m.realtime_priority, 0);
   EXPECT_EQ(m.memory_locked, 1);
   EXPECT_EQ(m.note, "SCHED_FIFO 60 not granted: Operation not permitted; bus reachable from eth0");
+}
+
+TEST_F(ProcessNodeTest, TheNoteOfTheNodeIsAddedWhileThereIsOne) {
+  StageClock stages;
+  const auto note_at = [&](int s, std::string_view text) {
+    of_.text = text;
+    const Stamp now = Stamp(s * ProcessNode::kPeriod);
+    node_->run({static_cast<std::uint64_t>(s), now, now, now, &stages});
+    bus_.deliver_next(now);
+    const std::string note = inbox_.front()->note;
+    inbox_.pop();
+    return note;
+  };
+  const std::string start = note_at(0, "");
+  EXPECT_EQ(note_at(1, "keys expire at 2027"), start + "; keys expire at 2027");
+  EXPECT_EQ(note_at(2, ""), start);
 }
 
 TEST_F(ProcessNodeTest, AllocatesNothingOnceWarm) {

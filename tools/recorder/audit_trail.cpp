@@ -104,7 +104,13 @@ bool AuditTrail::read(const std::uint8_t* data, std::size_t size, T* message) {
 }
 
 void AuditTrail::report_unlisted(Stamp wall) {
-  if (!limit_.suppresses() && too_large_ == 0) return;
+  const std::pair<IssuerLimit*, std::string_view> limits[] = {
+      {&commands_limit_, "commands or queries"},
+      {&stops_limit_, "stops or releases"},
+      {&events_limit_, "events"}};
+  const bool suppresses = std::any_of(std::begin(limits), std::end(limits),
+                                      [](const auto& l) { return l.first->suppresses(); });
+  if (!suppresses && too_large_ == 0) return;
   // The clock may have been set back.
   if (wall < unlisted_reported_) unlisted_reported_ = wall;
   if (unlisted_reported_ != Stamp::min() && wall - unlisted_reported_ < kReportEvery) return;
@@ -116,11 +122,13 @@ void AuditTrail::report_unlisted(Stamp wall) {
     json["text"] = std::move(why);
     lines_.push_back(text(json));
   };
-  for (const IssuerLimit::Suppressed& s : limit_.take_suppressed()) {
-    add(s.issuer, s.lines,
-        fmt::format("{} commands or queries of {} not listed: more than {:.0f} per second", s.lines,
-                    s.of_others ? "further issuers" : s.issuer,
-                    1.0 / seconds(IssuerLimit::kInterval)));
+  for (const auto& [limit, what] : limits) {
+    for (const IssuerLimit::Suppressed& s : limit->take_suppressed()) {
+      add(s.issuer, s.lines,
+          fmt::format("{} {} of {} not listed: more than {:.0f} per second", s.lines, what,
+                      s.of_others ? "further issuers" : s.issuer,
+                      1.0 / seconds(IssuerLimit::kInterval)));
+    }
   }
   if (too_large_ == 0) return;
   add("", too_large_,
@@ -169,10 +177,10 @@ bool AuditTrail::is_new(const std::string& key, const Identity& identity) {
 void AuditTrail::on_command(Stamp wall, std::string_view channel) {
   const command_t& m = command_;
   const std::string issuer = name_of(m.issuer);
-  const bool own_limit = limit_.note(issuer, wall);
-  // Of those every one is listed.
   const bool stops = m.kind == command_t::KIND_EMERGENCY_STOP || m.kind == command_t::KIND_RELEASE;
-  if (own_limit || stops) {
+  IssuerLimit& limit = stops ? stops_limit_ : commands_limit_;
+  const bool own_limit = limit.note(issuer, wall);
+  if (own_limit) {
     const std::string key = fmt::format("{}:{}:{}", channel, m.kind, issuer);
     if (!is_new(key, {m.serial, m.utime, m.publisher_id})) return;
   }
@@ -186,7 +194,7 @@ void AuditTrail::on_command(Stamp wall, std::string_view channel) {
     ++pending.commands;
     pending.serial = m.serial;
   }
-  if (!stops && !limit_.admit(issuer, wall)) return;
+  if (!limit.admit(issuer, wall)) return;
   Json json = line(wall, "command", channel);
   json["issuer"] = issuer;
   json["kind"] = kind_name(m.kind);
@@ -206,11 +214,11 @@ void AuditTrail::on_command(Stamp wall, std::string_view channel) {
 void AuditTrail::on_query(Stamp wall) {
   const path_query_t& m = query_;
   const std::string issuer = name_of(m.issuer);
-  if (limit_.note(issuer, wall)) {
+  if (commands_limit_.note(issuer, wall)) {
     const std::string key = fmt::format("{}::{}", channel::kWmPathQuery, issuer);
     if (!is_new(key, {m.serial, 0, m.publisher_id})) return;
   }
-  if (!limit_.admit(issuer, wall)) return;
+  if (!commands_limit_.admit(issuer, wall)) return;
   Json json = line(wall, "query", channel::kWmPathQuery);
   json["issuer"] = issuer;
   json["serial"] = m.serial;
@@ -225,6 +233,9 @@ void AuditTrail::on_event(Stamp wall, std::string_view channel) {
     audited = audited || m.code.compare(0, prefix.size(), prefix) == 0;
   }
   if (!audited) return;
+  // The issuer of an event is its node. Nodes limit their own; a forger does not.
+  (void)events_limit_.note(channel, wall);
+  if (!events_limit_.admit(channel, wall)) return;
   Json json = line(wall, m.code == kRefusal ? "refusal" : "event", channel);
   json["severity"] = severity_name(m.severity);
   json["code"] = name_of(m.code);

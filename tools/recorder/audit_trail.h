@@ -2,8 +2,8 @@
 // Selects from the messages of the bus what the audit log contains: commands, stops and releases
 // with their issuers, queries, the events of operators, commands and stops (refusals included),
 // each change of the status that BG, or the mission, reports of a command, and commands that it
-// does not echo. One JSON object is one line. Commands and queries of an issuer are limited in rate
-// (issuer_limit.h); stops, releases, refusals, events and changes of the status are not.
+// does not echo. One JSON object is one line. Commands and queries of an issuer, its stops and
+// releases, and the events of a channel are each limited in rate (issuer_limit.h).
 
 #include <array>
 #include <cstddef>
@@ -70,11 +70,14 @@ class AuditTrail {
   [[nodiscard]] bool read(const std::uint8_t* data, std::size_t size, T* message);
   [[nodiscard]] bool is_new(const std::string& key, const Identity& identity);
 
-  // Of issuers with a limit of their own, and of stops and releases; by channel, kind and issuer.
+  // Of issuers with a limit of their own; by channel, kind and issuer.
   std::map<std::string, Identity> newest_;
   std::map<std::pair<std::string, std::string>, Unconfirmed> unconfirmed_;  // by status, issuer
   std::array<std::string, 2> status_keys_;  // of the last status line of BG, of the mission
-  IssuerLimit limit_;
+  // Separate: a flood of commands must not leave a stop unlisted.
+  IssuerLimit commands_limit_;
+  IssuerLimit stops_limit_;
+  IssuerLimit events_limit_;
   std::int64_t too_large_ = 0;  // messages since they were reported
   Stamp unlisted_reported_ = Stamp::min();
   std::vector<std::string> lines_;

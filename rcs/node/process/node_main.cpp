@@ -98,7 +98,7 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
     lines.print(fmt::format("{}: {}", name, refusal));
   }
   if (!facts.reach_note.empty()) lines.print(fmt::format("{}: {}", name, facts.reach_note));
-  ProcessNode process(bus, facts, &counter);
+  ProcessNode process(bus, facts, &counter, node->get());
   PublisherWatch publishers(bus, name, (*node)->inboxes());
   BusWatch receipts(bus, name);
 

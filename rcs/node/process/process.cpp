@@ -92,6 +92,12 @@ void read_up(ParamTable up, std::vector<std::string>* nodes,
   }
 }
 
+void append(std::string* note, std::string_view text) {
+  if (text.empty()) return;
+  if (!note->empty()) note->append("; ");
+  note->append(text);
+}
+
 }  // namespace
 
 RealtimeParams ProcessTables::realtime_of(const std::string& node) const {
@@ -153,9 +159,11 @@ void ProcessUsage::read(process_t* out) {
   out->descriptors = count_descriptors(descriptors_.get());
 }
 
-ProcessNode::ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter* cycles)
+ProcessNode::ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter* cycles,
+                         const Node* of)
     : info_{facts.node + "_process", kPeriod, Duration::zero()},
       cycles_(cycles),
+      of_(of),
       outbox_(bus, channel_of(facts.node, "PROCESS")) {
   message_.node = facts.node;
   message_.pid = getpid();
@@ -164,11 +172,8 @@ ProcessNode::ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter
   message_.config_hash = facts.config_hash;
   message_.realtime_priority = static_cast<std::int8_t>(facts.grant.realtime_priority);
   message_.memory_locked = facts.grant.memory_locked ? 1 : 0;
-  for (const std::string& refusal : facts.grant.refusals) message_.note += refusal + "; ";
-  message_.note += facts.reach_note;
-  if (facts.reach_note.empty() && !message_.note.empty()) {
-    message_.note.resize(message_.note.size() - 2);
-  }
+  for (const std::string& refusal : facts.grant.refusals) append(&note_, refusal);
+  append(&note_, facts.reach_note);
 }
 
 void ProcessNode::run(const Cycle& cycle) {
@@ -179,6 +184,8 @@ void ProcessNode::run(const Cycle& cycle) {
   message_.missed = counts.missed;
   message_.overruns = counts.overruns;
   message_.degrade_level = counts.degrade_level;
+  message_.note = note_;
+  append(&message_.note, of_->note());
   usage_.read(&message_);
   outbox_.publish(&message_);
 }

@@ -78,7 +78,8 @@ class ProcessNode final : public Node {
  public:
   static constexpr Duration kPeriod = std::chrono::seconds(1);
 
-  ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter* cycles);
+  /// @param of  whose process it is
+  ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter* cycles, const Node* of);
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -90,6 +91,8 @@ class ProcessNode final : public Node {
   NodeInfo info_;
   PeriodicClock clock_{kPeriod};
   const CycleCounter* cycles_;
+  const Node* of_;
+  std::string note_;  // of the start
   ProcessUsage usage_;
   Outbox<process_t> outbox_;
   process_t message_{};

@@ -56,7 +56,7 @@ TEST(ZoneCourse, TheJudgeCountsEachEntryOfTheOutline) {
   const auto at = [&judge](double x_m) { judge.note({Quat::Identity(), Vec3(x_m, 0.0, 0.0)}); };
   for (double x = 0.0; x < 8.0; x += 0.1) at(x);
   EXPECT_EQ(judge.outcome().entries, 0);
-  EXPECT_LT(judge.outcome().least_clearance_m, 0.8) << "its front is 1.6 m ahead";
+  EXPECT_LT(judge.outcome().min_clearance_m, 0.8) << "its front is 1.6 m ahead";
   for (double x = 8.0; x < 12.0; x += 0.1) at(x);
   EXPECT_EQ(judge.outcome().entries, 1);
   for (double x = 12.0; x > 5.0; x -= 0.1) at(x);

@@ -184,7 +184,7 @@ TEST(AuditTrail, FloodsOfLongNamesTakeNoMemory) {
   const std::size_t before = heap_bytes();
   std::size_t longest = 0;
   for (int k = 0; k < 3000; ++k) {
-    // Half of them stops, which are listed whoever sends them.
+    // Half of them stops, which have a limit of their own.
     const std::int8_t kind = k % 2 == 0 ? command_t::KIND_EMERGENCY_STOP : command_t::KIND_GOTO;
     const std::string issuer = std::to_string(k) + padding;
     longest = std::max(longest, send(command(issuer.c_str(), k, kind), k));
@@ -245,6 +245,41 @@ TEST(AuditTrail, AFloodOfCommandsDisplacesNothing) {
   EXPECT_EQ(types["event"], 20);
   EXPECT_GE(types["refusal"], 20 + 9) << "of the gateway, and one per 2 s of what BG did not echo";
   EXPECT_LE(types["not_listed"], 6);
+  EXPECT_LT(bytes, 300'000U);
+}
+
+TEST(AuditTrail, FloodsOfStopsAndEventsDisplaceNothing) {
+  AuditTrail trail;
+  std::map<std::string, int> listed;
+  std::map<std::string, std::int64_t> not_listed;
+  std::size_t bytes = 0;
+  const auto send = [&](const char* channel, const auto& m, double at_s) {
+    for (const json& line : lines(&trail, channel, m, from_seconds(at_s))) {
+      bytes += line.dump().size() + 1;
+      if (line["type"] == "not_listed") {
+        not_listed[line["issuer"]] += line["messages"].get<std::int64_t>();
+      } else if (line["type"] != "refusal") {
+        ++listed[line.value("issuer", line["channel"].get<std::string>())];
+      }
+    }
+  };
+  // 20 s of 1000 stops and 1000 events per second.
+  for (int k = 0; k < 20'000; ++k) {
+    const double t = 0.001 * k;
+    send(channel::kBgStop, command("mallory", k + 1, command_t::KIND_EMERGENCY_STOP), t);
+    send("MALLORY_EVENT", event_of("stop.engaged", "by operator"), t);
+    if (k % 1000 != 500) continue;
+    const int n = k / 1000;
+    send(channel::kBgStop, command("operator", n, command_t::KIND_EMERGENCY_STOP), t);
+    send(channel::kBgCommand, command("mallory", k + 1), t);
+    send(channel::kGatewayEvent, event_of("stop.engaged", "by operator"), t);
+  }
+  send(channel::kBgStatus, status("nobody", 0, "IDLE"), 30.0);
+  EXPECT_EQ(listed["operator"], 20);
+  EXPECT_EQ(listed[channel::kGatewayEvent], 20);
+  EXPECT_LE(listed["mallory"], IssuerLimit::kBurst + 41 + 20);
+  EXPECT_EQ(listed["mallory"] + not_listed["mallory"], 20'020);
+  EXPECT_EQ(listed["MALLORY_EVENT"] + not_listed["MALLORY_EVENT"], 20'000);
   EXPECT_LT(bytes, 300'000U);
 }
 
