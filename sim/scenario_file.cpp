@@ -16,10 +16,12 @@ void read_hazards(ParamTable table, HazardParams* hazards) {
   table.get(
       "kinds", &hazards->kinds,
       "Hazards that are drawn by seed, one across each leg of the course: drop, ledge, ditch, "
-      "wall, bank, gate, dead_end, pen (around the end of the leg). Empty: none.");
+      "wall, bank, low_drop, low_ledge, small_ditch, slope (around the limits of the vehicle), "
+      "gate, dead_end, pen (around the end of the leg). Empty: none.");
   if (const std::string unknown = unknown_hazard(hazards->kinds); !unknown.empty()) {
     table.fail("kinds", "\"" + unknown +
-                            "\" is not one of drop, ledge, ditch, wall, bank, gate, dead_end, pen");
+                            "\" is not one of drop, ledge, ditch, wall, bank, low_drop, low_ledge, "
+                            "small_ditch, slope, gate, dead_end, pen");
   }
   table.get("depth_max_m", &hazards->depth_max_m, {15, 200}, "Depth of the deepest dead end.");
   table.get("length_min_m", &hazards->length_min_m, {2, 200}, "Shortest hazard.");

@@ -128,6 +128,10 @@ void read(ParamTable table, vj::Weights* p) {
   table.get("roughness", &p->roughness, {0, 100},
             "Cost added per metre at max_roughness_m, falling with the square of the roughness "
             "[1]. Larger: rough ground is avoided more.");
+  table.get(
+      "roll", &p->roll, {0, 100},
+      "Cost added per metre at max_roll_deg, falling with the square of the roll [1]. Larger: "
+      "the vehicle drives up and down slopes rather than along them.");
   table.get("step", &p->step, {0, 100},
             "Cost added per metre at max_step_m, falling with the square of the step [1]. Larger: "
             "steps are avoided more.");
@@ -150,6 +154,10 @@ void read(ParamTable table, vj::Weights* p) {
   table.get_deg(
       "max_slope_deg", &p->max_slope_rad, {3, 69},
       "Slope above which ground is an obstacle; also the slope of full cost and of rough_mps.");
+  table.get_deg("max_roll_deg", &p->max_roll_rad, {3, 69},
+                "Roll of the ground below the vehicle above which no path leads; also that of full "
+                "cost. Lower than what tips the vehicle, by what single stones and the suspension "
+                "add.");
   table.get("max_roughness_m", &p->max_roughness_m, {0.01, 1},
             "Roughness (rms about the plane) of full cost and of rough_mps. Rougher ground is not "
             "forbidden.");

@@ -160,6 +160,32 @@ std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival) {
   return fix;
 }
 
+namespace {
+
+/// The rises of the planes, from the heights of the neighbours.
+void set_rises(vj::Terrain* terrain) {
+  const int width = terrain->width;
+  std::vector<vj::Ground>& ground = terrain->ground;
+  for (int j = 0; j < terrain->height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      const std::size_t k = static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(i);
+      const auto rise = [&](std::size_t step, bool before, bool after) {
+        const vj::Ground& a = ground[before ? k - step : k];
+        const vj::Ground& b = ground[after ? k + step : k];
+        const int cells = (before ? 1 : 0) + (after ? 1 : 0);
+        if (!a.known || !b.known || cells == 0) return 0.0F;
+        const float rise_m = b.height_m - a.height_m;
+        return std::isfinite(rise_m) ? rise_m / static_cast<float>(cells * terrain->cell_m) : 0.0F;
+      };
+      ground[k].rise_x = rise(1, i > 0, i + 1 < width);
+      ground[k].rise_y = rise(static_cast<std::size_t>(width), j > 0, j + 1 < terrain->height);
+    }
+  }
+}
+
+}  // namespace
+
 bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   constexpr std::int32_t kFarthestCell = 100'000'000;
   const bool good = plausible_stamp(m.utime) && m.cell_m >= 0.05 && m.cell_m <= 10.0 &&
@@ -185,6 +211,7 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
     g.roughness_m = 0.01F * m.roughness_cm[k];
     g.off_route_m = 0.0F;
   }
+  set_rises(terrain);
   return true;
 }
 

@@ -21,7 +21,7 @@ constexpr double kInside_m = 0.1;               // of the outline; less is the r
 constexpr double kAnywhere_m = 100.0;
 constexpr double kBeforeObstacle_m = 1.0;  // on a way back
 constexpr double kBeforeEnd_m = 5.0;       // of a path that is kept, in addition to the way to stop
-constexpr Duration kWayKept =
+constexpr Duration kPathKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
 /// Rise of an axis of the vehicle above level.
@@ -137,7 +137,7 @@ void BgNode::take_command() {
   way_back_watch_.begin();
   route_.begin();
   path_.clear();
-  way_since_ = Stamp::min();
+  path_since_ = Stamp::min();
 }
 
 // The position of a waypoint in frame world is known from the first pose there on.
@@ -233,7 +233,7 @@ bool BgNode::map_is_of_now() const {
 
 double BgNode::clearance() const { return planner_.body().clearance(obstacles_, place()); }
 
-Place BgNode::place() const {
+Pose2d BgNode::place() const {
   return {nav_.T_local_vehicle.p.x(), nav_.T_local_vehicle.p.y(), heading(nav_.T_local_vehicle),
           curvature_1pm_};
 }
@@ -283,16 +283,16 @@ Facts BgNode::facts(Stamp now) const {
   f.north_known = route_.knows_north(nav_);
   f.speed_share = speed_share();
   f.arrived = f.command == CommandKind::kGoto && cannot_.empty() && route_.route().arrived();
-  f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
-              now - way_since_ <= kWayKept &&
-              std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
+  f.has_path = !path_.empty() && path_local_utime_ == nav_.local_utime &&
+               now - path_since_ <= kPathKept &&
+               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
   f.leads_back = leads_back_;
   zones_.describe(path_, at_, &f);
-  f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
+  f.without_path = path_since_ == Stamp::min() ? Duration(0) : now - path_since_;
   const Stamp enclosed = planner_.enclosed_since();
   if (enclosed != Stamp::max() && now - enclosed > config_.decide.patience) {
-    f.has_way = false;
-    f.without_way = now - enclosed;
+    f.has_path = false;
+    f.without_path = now - enclosed;
   }
   return f;
 }
@@ -323,7 +323,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.nav_still <= config_.decide.nav_still && now.aligned &&
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way || leads_back_) return;
-  if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
+  if (path_since_ == Stamp::min()) path_since_ = cycle.now;  // the search begins now
   const Planner::Query query{
       terrain_,
       obstacles_,
@@ -344,18 +344,18 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
   // scan: the current path is kept while it is free, long enough and not clearly more expensive.
   const double rest_m = path_.empty() ? 0.0 : path_.back().s_m - path_[at_].s_m;
-  const bool under_way = now.has_way && !back && rest_m > long_enough_m(now.speed_mps) &&
+  const bool under_way = now.has_path && !back && rest_m > long_enough_m(now.speed_mps) &&
                          path_local_utime_ == nav_.local_utime;
   const bool keep =
       under_way && candidate_.size() > 1 &&
       planner_.cost_of_rest(query, path_, at_) < config_.follow.keep_cost * found_.cost;
   if (keep) {
-    way_since_ = cycle.now;
+    path_since_ = cycle.now;
   } else if (candidate_.size() > 1 || back) {
     std::swap(path_, candidate_);
     at_ = 0;
     steering_ = {};
-    way_since_ = cycle.now;
+    path_since_ = cycle.now;
     path_local_utime_ = nav_.local_utime;
   } else {
     // The last path is followed a little longer, as far as it is free: a search that begins at
@@ -382,7 +382,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
 void BgNode::back_out(Stamp now, const Facts& facts) {
   const bool at_rest = std::abs(facts.speed_mps) < config_.decide.rest_mps;
   if (leads_back_) {
-    way_since_ = now;
+    path_since_ = now;
     const bool out = leaves_obstacle_ && clearance() >= config_.shape.min_margin_m;
     // A pose that was corrected meanwhile may have moved the vehicle off that path.
     const bool off = std::abs(steering_.off_m) > config_.follow.max_lateral_deviation_m;
@@ -395,7 +395,7 @@ void BgNode::back_out(Stamp now, const Facts& facts) {
   }
   const bool may_back = facts.command == CommandKind::kGoto && at_rest &&
                         facts.map_age <= config_.decide.map_loss && map_is_of_now();
-  if (may_back && !facts.has_way && facts.without_way > kStuck && clearance() < -kInside_m) {
+  if (may_back && !facts.has_path && facts.without_path > kStuck && clearance() < -kInside_m) {
     lead_back(facts);
     leaves_obstacle_ = leads_back_;
     return;
@@ -534,7 +534,7 @@ void BgNode::brake_if_stopping_is_late(bool knows_path, Stamp now) {
       path_[std::max<std::size_t>(at_, 1)].direction != direction) {
     // Along the arc of the wheels as they were commanded last.
     constexpr double kEach_m = 0.4;
-    Place p = place();
+    Pose2d p = place();
     p.curvature_1pm = drive_.curvature_1pm;
     candidate_.clear();
     for (double s_m = 0.0; s_m < max_m; s_m += kEach_m) {

@@ -45,7 +45,7 @@ class BgNode final : public Node {
   [[nodiscard]] double speed_share() const;
   void leave_trail();
   [[nodiscard]] bool map_is_of_now() const;
-  [[nodiscard]] Place place() const;
+  [[nodiscard]] Pose2d place() const;
   /// Of the vehicle, on the last map.
   [[nodiscard]] double clearance() const;
   /// Into candidate_, up to the first obstacle.
@@ -111,11 +111,11 @@ class BgNode final : public Node {
   Stamp unregistered_since_ = Stamp::max();  // at rest
   bool leads_back_ = false;                  // path_
   bool leaves_obstacle_ = false;             // path_, which leads back
-  Stamp way_since_ = Stamp::min();           // when a path last existed, or the route began
+  Stamp path_since_ = Stamp::min();          // when a path last existed, or the route began
   Steering steering_;
   bool brakes_late_ = false;         // for an obstacle that was detected late
   Stamp held_since_ = Stamp::max();  // at rest although the path continues
-  Place held_at_;                    // where a path was dropped for that reason
+  Pose2d held_at_;                   // where a path was dropped for that reason
   double curvature_1pm_ = 0.0;  // of the wheels, estimated from the commands and the steering rate
   std::string_view reported_state_;
 

@@ -37,13 +37,13 @@ class Body {
 
   /// From the body at this pose to the nearest obstacle; <= 0: contact. Outside the terrain there
   /// are no obstacles.
-  [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const {
+  [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Pose2d& place) const {
     return clearance_by([&](double x_m, double y_m) { return obstacles.at(x_m, y_m); }, place);
   }
 
   /// The same by any distance of points, distance_at(x_m, y_m).
   template <class Distance>
-  [[nodiscard]] double clearance_by(Distance&& distance_at, const Place& place) const {
+  [[nodiscard]] double clearance_by(Distance&& distance_at, const Pose2d& place) const {
     const double around_m = distance_at(place.x_m, place.y_m) - around_m_;
     if (around_m >= exact_m_) return around_m;
     const double c = std::cos(place.heading_rad);

@@ -95,13 +95,13 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
                "waiting because neither LADAR nor GPS is received");
   }
   const bool leaves_zone =
-      (f.zone == ZoneState::kNear || f.zone == ZoneState::kInside) && f.leads_out && f.has_way;
+      (f.zone == ZoneState::kNear || f.zone == ZoneState::kInside) && f.leads_out && f.has_path;
   if (f.zone == ZoneState::kInside && !leaves_zone) {
     return row(__LINE__, Action::kBrake, Status::kError, "ZONE", f.zone_reason);
   }
   const bool may_move = f.ins_age <= p.ins_loss && f.map_age <= p.map_loss && f.speed_share > 0.0 &&
                         (f.zone == ZoneState::kFree || leaves_zone);
-  if (no_ladar && f.leads_back && f.has_way && may_move) {
+  if (no_ladar && f.leads_back && f.has_path && may_move) {
     return row(__LINE__, Action::kDrive, Status::kExecuting, "BACKING_OUT",
                "backing over the driven ground because no scan can be registered here");
   }
@@ -133,17 +133,17 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kStop, Status::kError, "ZONE", f.zone_reason);
   }
 
-  if (f.leads_back && f.has_way) {
+  if (f.leads_back && f.has_path) {
     return row(__LINE__, Action::kDrive, Status::kExecuting, "BACKING_OUT",
                "backing over the driven ground because the vehicle stands in an obstacle");
   }
 
   // -- the path -----------------------------------------------------------------------------------
-  if (!f.has_way && f.without_way > p.patience) {
+  if (!f.has_path && f.without_path > p.patience) {
     return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",
                "no path to the waypoint was found");
   }
-  if (!f.has_way) {
+  if (!f.has_path) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "searching for a path");
   }
   if (leaves_zone) {

@@ -43,8 +43,8 @@ struct Facts {
       0.0;  ///< share of the speed allowed by the pose and its protection levels in the frame of
             ///< the command (vj::speed_share(), vj::protected_share())
   bool arrived = false;     ///< within the last waypoint
-  bool has_way = false;     ///< a path that is still valid
-  Duration without_way{};   ///< time since the last valid path
+  bool has_path = false;    ///< a path that is still valid
+  Duration without_path{};  ///< time since the last valid path
   bool leads_back = false;  ///< the path leads back over the ground that was just driven over
   ZoneState zone = ZoneState::kFree;
   std::string_view zone_reason;  ///< names the zone, or why zones cannot be kept

@@ -18,7 +18,7 @@ double blind_zone_m(const SightParams& params, double lifted_rad) {
   return params.height_m / std::tan(below_rad) + kMargin_m;
 }
 
-void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad, bool looked,
+void HiddenGround::mark(const Pose2d& vehicle, double pitch_rad, double roll_rad, bool looked,
                         vj::Terrain* terrain) {
   if (params_.far_m <= 0.0 || terrain->width < 3 || terrain->height < 3) return;
   if (hidden_.cell_m() != terrain->cell_m) hidden_ = Grid<std::uint8_t>(512, terrain->cell_m);

@@ -26,7 +26,7 @@ struct SightParams {
 /// Positions on the ground relative to the LADAR of a vehicle.
 class LadarView {
  public:
-  LadarView(const Place& vehicle, const SightParams& params)
+  LadarView(const Pose2d& vehicle, const SightParams& params)
       : params_(params),
         vehicle_(vehicle.x_m, vehicle.y_m),
         ahead_(std::cos(vehicle.heading_rad), std::sin(vehicle.heading_rad)) {}
@@ -60,7 +60,7 @@ class HiddenGround {
   /// @param pitch_rad  of the vehicle, positive nose up: it lifts the lowest ray
   /// @param roll_rad  lifts it on one side
   /// @param looked  the terrain has a new scan from about here: what it did not see is counted
-  void mark(const Place& vehicle, double pitch_rad, double roll_rad, bool looked,
+  void mark(const Pose2d& vehicle, double pitch_rad, double roll_rad, bool looked,
             vj::Terrain* terrain);
   /// Another frame local has begun.
   void clear() { hidden_.clear(); }

@@ -12,7 +12,7 @@ constexpr double kAhead_m = 12.0;         // of the goal on a way back
 constexpr std::size_t kPlacesAhead = 16;  // of a way back, that may be left out
 constexpr std::size_t kPlacesBehind = 4;
 
-bool is_at(const Goal& g, const Place& p) {
+bool is_at(const Goal& g, const Pose2d& p) {
   return std::hypot(g.x_m - p.x_m, g.y_m - p.y_m) <= g.radius_m;
 }
 
@@ -34,10 +34,10 @@ bool LocalRoute::in_other_map(const Nav& nav) const {
   return route_.map_epoch() && nav.arrival != Stamp::min() && nav.map_epoch != *route_.map_epoch();
 }
 
-Goal LocalRoute::goal(const Nav& nav, const Place& vehicle) {
+Goal LocalRoute::goal(const Nav& nav, const Pose2d& vehicle) {
   if (!knows_north(nav)) {
     if (!ahead_) {
-      const Place end = along_arc({vehicle.x_m, vehicle.y_m, vehicle.heading_rad, 0.0}, north_m_);
+      const Pose2d end = along_arc({vehicle.x_m, vehicle.y_m, vehicle.heading_rad, 0.0}, north_m_);
       ahead_ = Goal{end.x_m, end.y_m, 3.0};
     }
     return *ahead_;
@@ -70,7 +70,7 @@ Goal LocalRoute::goal_of(const waypoint_t& w, const Nav& nav) const {
   return {p.x(), p.y(), std::max(0.5 * w.radius_m, w.radius_m - 2.0 * sigma_m)};
 }
 
-void LocalRoute::pass(const Nav& nav, const Place& vehicle) {
+void LocalRoute::pass(const Nav& nav, const Pose2d& vehicle) {
   if (nav.arrival == Stamp::min() || !knows_north(nav) || other_world_ || in_other_map(nav)) return;
   if (!route_.map_epoch()) {
     while (!route_.arrived() && is_at(goal(nav, vehicle), vehicle)) route_.pass();
@@ -96,7 +96,7 @@ void LocalRoute::way_back(const Nav& nav, double ahead_m, std::vector<Vec2>* pla
   }
 }
 
-bool LocalRoute::ends_at(const Place& place, const Nav& nav) const {
+bool LocalRoute::ends_at(const Pose2d& place, const Nav& nav) const {
   return is_at(goal_of(route_.waypoint(static_cast<std::size_t>(route_.size()) - 1), nav), place);
 }
 

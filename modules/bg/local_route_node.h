@@ -39,17 +39,17 @@ class LocalRoute {
 
   /// The next waypoint; on a way back a place ahead. A waypoint in frame world moves in frame local
   /// with the corrections of WM.
-  [[nodiscard]] Goal goal(const Nav& nav, const Place& vehicle);
+  [[nodiscard]] Goal goal(const Nav& nav, const Pose2d& vehicle);
   /// The waypoint after it, if it exists and the vehicle may drive through.
   [[nodiscard]] std::optional<Goal> onward_goal(const Nav& nav) const;
   /// Marks the waypoints as done that the vehicle has reached.
-  void pass(const Nav& nav, const Place& vehicle);
+  void pass(const Nav& nav, const Pose2d& vehicle);
 
   /// A way back, around the vehicle and up to `ahead_m` ahead; empty: the command is not in frame
   /// rolling.
   void way_back(const Nav& nav, double ahead_m, std::vector<Vec2>* places) const;
   /// The place is in the last waypoint.
-  [[nodiscard]] bool ends_at(const Place& place, const Nav& nav) const;
+  [[nodiscard]] bool ends_at(const Pose2d& place, const Nav& nav) const;
 
  private:
   [[nodiscard]] Goal goal_of(const waypoint_t& w, const Nav& nav) const;

@@ -9,7 +9,7 @@ namespace rcs::bg {
 
 /// Calls what(x_m, y_m) for points under the outline of the vehicle, at most `step_m` apart.
 template <class What>
-void each_point_under(const Shape& shape, const Place& place, double step_m, What&& what) {
+void each_point_under(const Shape& shape, const Pose2d& place, double step_m, What&& what) {
   const double c = std::cos(place.heading_rad);
   const double s = std::sin(place.heading_rad);
   for (double ahead = -0.5 * shape.length_m; ahead <= 0.5 * shape.length_m; ahead += step_m) {

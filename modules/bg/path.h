@@ -11,7 +11,7 @@ namespace rcs::bg {
 
 /// Pose and steering curvature of the vehicle in the plane; the reference point is the origin of
 /// the vehicle frame.
-struct Place {
+struct Pose2d {
   double x_m = 0.0;
   double y_m = 0.0;
   double heading_rad = 0.0;    ///< counter-clockwise from the frame's x
@@ -19,8 +19,8 @@ struct Place {
 };
 
 /// `distance_m` farther along a circle with the curvature of `from`; negative: backwards.
-[[nodiscard]] inline Place along_arc(const Place& from, double distance_m) {
-  Place to = from;
+[[nodiscard]] inline Pose2d along_arc(const Pose2d& from, double distance_m) {
+  Pose2d to = from;
   to.heading_rad += from.curvature_1pm * distance_m;
   const double turn = 0.5 * from.curvature_1pm * distance_m;
   // The chord: sin(turn) / turn without the singularity.
@@ -32,7 +32,7 @@ struct Place {
 }
 
 struct PathPoint {
-  Place place;
+  Pose2d place;
   int direction = 1;         ///< 1 ahead, -1 backwards
   double s_m = 0.0;          ///< distance driven since the start of the path
   double clearance_m = 0.0;  ///< from the vehicle's body to the nearest obstacle

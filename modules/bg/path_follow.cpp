@@ -6,7 +6,9 @@
 namespace rcs::bg {
 namespace {
 
-double distance(const Place& a, const Place& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+double distance(const Pose2d& a, const Pose2d& b) {
+  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
+}
 
 // One past the last point that is driven in the direction of point `at`.
 std::size_t end_of_leg(const Path& path, std::size_t at) {
@@ -83,7 +85,7 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
   }
 }
 
-Steering follow(const Path& path, const Place& vehicle, double speed_mps,
+Steering follow(const Path& path, const Pose2d& vehicle, double speed_mps,
                 const FollowParams& params, const Shape& shape, std::size_t* at) {
   Steering out;
   if (path.size() < 2) {
@@ -116,7 +118,7 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   const double ahead_m = std::max(params.lookahead_min_m, params.lookahead_s * std::abs(speed_mps));
   std::size_t target = *at;
   while (target + 1 < end && path[target].s_m - path[*at].s_m < ahead_m) ++target;
-  Place aim = path[target].place;
+  Pose2d aim = path[target].place;
   // Beyond the end of the leg it is extended straight, so that the steering is steady at the end.
   const double missing_m = ahead_m - (path[target].s_m - path[*at].s_m);
   if (missing_m > 0.0) {
@@ -146,11 +148,11 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
 }
 
 double free_way(const Body& body, const ObstacleDistance& obstacles, const Path& path,
-                std::size_t at, const Place& vehicle, double speed_mps, int direction,
+                std::size_t at, const Pose2d& vehicle, double speed_mps, int direction,
                 const FollowParams& params, const Shape& shape, double required_m, double max_m) {
   constexpr double kStep_m = 0.2;
   constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
-  Place p = vehicle;
+  Pose2d p = vehicle;
   double speed = std::abs(speed_mps);
   const double late_m = params.latency_s * speed;
   for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {

@@ -44,7 +44,7 @@ struct Steering {
 
 /// Pure pursuit (Coulter 1992).
 /// @param at  index of the last point that the vehicle has passed; never decreases
-[[nodiscard]] Steering follow(const Path& path, const Place& vehicle, double speed_mps,
+[[nodiscard]] Steering follow(const Path& path, const Pose2d& vehicle, double speed_mps,
                               const FollowParams& params, const Shape& shape, std::size_t* at);
 
 /// Distance that the vehicle can drive before it would come nearer to a known obstacle than
@@ -54,8 +54,8 @@ struct Steering {
 /// @param vehicle    with the present curvature of its wheels
 /// @param direction  1 ahead, -1 backwards
 [[nodiscard]] double free_way(const Body& body, const ObstacleDistance& obstacles, const Path& path,
-                              std::size_t at, const Place& vehicle, double speed_mps, int direction,
-                              const FollowParams& params, const Shape& shape, double required_m,
-                              double max_m);
+                              std::size_t at, const Pose2d& vehicle, double speed_mps,
+                              int direction, const FollowParams& params, const Shape& shape,
+                              double required_m, double max_m);
 
 }  // namespace rcs::bg

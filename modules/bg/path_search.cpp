@@ -9,6 +9,9 @@ namespace {
 constexpr int kStraight = 2;
 constexpr int kCurvatures = 2 * kStraight + 1;  // shares of the largest: -1, -3/4, ... 1
 constexpr int kSteps = 1;                       // of the curvature, at most, from arc to arc
+// The slope of a cell changes by so much with the scans.
+constexpr double kSameRoll_rad = 0.02;
+constexpr double kMoreRoll_rad = 0.05;
 constexpr double kSample_m = 0.4;
 constexpr double kSteering = 0.2;    // cost of a metre in which the curvature changes fully
 constexpr double kEscape_m = 5.0;    // distance driven out of a blocked cell
@@ -62,13 +65,13 @@ std::size_t PathSearch::state(const Node& node) const {
 
 namespace {
 
-bool within(const Place& place, const Goal& goal) {
+bool within(const Pose2d& place, const Goal& goal) {
   return std::hypot(place.x_m - goal.x_m, place.y_m - goal.y_m) < goal.radius_m;
 }
 
 }  // namespace
 
-double PathSearch::remaining(const Place& place, int leg) const {
+double PathSearch::remaining(const Pose2d& place, int leg) const {
   const double to_target = targets_[static_cast<std::size_t>(leg)].field->at(place.x_m, place.y_m);
   return leg > 0 ? to_target : to_target + onward_cost_;
 }
@@ -76,7 +79,7 @@ double PathSearch::remaining(const Place& place, int leg) const {
 SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
                                 const Start& from, const Target& to,
                                 const std::optional<Target>& onward, int granted, Path* path) {
-  const Place& start = from.place;
+  const Pose2d& start = from.place;
   targets_ = {to, onward.value_or(to)};
   onward_cost_ = onward ? onward->field->at(to.goal.x_m, to.goal.y_m) : 0.0;
   // If no way onward is known, the path ends here.
@@ -89,6 +92,8 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   origin_ = start;
   stop_m_ = from.stop_m;
   required_m_ = from.required_m;
+  // A vehicle that already rolls by more may leave, but no path rolls it clearly more.
+  max_roll_rad_ = std::max(weights_.max_roll_rad, roll(terrain, start) + kSameRoll_rad);
 
   trapped_ = to.field->blocked(start.x_m, start.y_m);
 
@@ -158,7 +163,7 @@ void PathSearch::offer(const Node& node) {
 }
 
 // The LADAR looks ahead: ground that was neither seen nor driven over may hold a trunk.
-bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place,
+bool PathSearch::known_behind(const vj::Terrain& terrain, const Pose2d& place,
                               double margin_m) const {
   const double c = std::cos(place.heading_rad);
   const double s = std::sin(place.heading_rad);
@@ -172,11 +177,18 @@ bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place,
   return true;
 }
 
+double PathSearch::roll(const vj::Terrain& terrain, const Pose2d& place) {
+  const vj::Ground ground = terrain.at(terrain.cell_at(place.x_m, place.y_m));
+  return std::abs(vj::roll_on(ground, place.heading_rad));
+}
+
 // What was never seen behind the vehicle counts as an obstacle that is nearer than the margin.
-double PathSearch::cost_per_m(const vj::Terrain& terrain, const Place& place, int direction,
+double PathSearch::cost_per_m(const vj::Terrain& terrain, const Pose2d& place, int direction,
                               double clearance_m) const {
   const Cell cell = terrain.cell_at(place.x_m, place.y_m);
-  const double cost = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
+  const vj::Ground ground = terrain.at(cell);
+  const double cost = vj::cost_per_m(ground, clearance_m, weights_) +
+                      vj::cost_of_roll(vj::roll_on(ground, place.heading_rad), weights_);
   if (direction > 0) return cost;
   const bool near_unseen =
       clearance_m >= weights_.margin_m && !known_behind(terrain, place, weights_.margin_m);
@@ -211,8 +223,8 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);
         const double clearance_m = body_.clearance(obstacles, to.place);
-        free =
-            clearance_m >= required_m_ && (direction > 0 || known_behind(terrain, to.place, 0.0));
+        free = clearance_m >= required_m_ && roll(terrain, to.place) <= max_roll_rad_ &&
+               (direction > 0 || known_behind(terrain, to.place, 0.0));
         const double per_m = cost_per_m(terrain, to.place, direction, clearance_m);
         to.g += step_m * (per_m + bend * (direction < 0 ? weights_.reverse : 1.0));
       }
@@ -239,11 +251,12 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
     reached = reached || within(p.place, to.goal);
     const double clearance_m = body_.clearance(obstacles, p.place);
     if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
+    if (roll(terrain, p.place) > weights_.max_roll_rad + kMoreRoll_rad) return CostField::kNoWay;
     cost += (p.s_m - path[k - 1].s_m) * cost_per_m(terrain, p.place, p.direction, clearance_m);
     if (p.direction != path[k - 1].direction && k > 1) cost += weights_.turn_back;
   }
   if (path.empty()) return CostField::kNoWay;
-  const Place& end = path.back().place;
+  const Pose2d& end = path.back().place;
   const double to_target = to.field->at(end.x_m, end.y_m);
   if (!onward) return cost + to_target;
   const double between = onward->field->at(to.goal.x_m, to.goal.y_m);
@@ -262,7 +275,7 @@ void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path)
       {start.place, first_direction, 0.0, body_.clearance(obstacles, start.place), 0.0, 0.0});
   for (std::size_t n = chain.size() - 1; n-- > 0;) {
     const Node& node = nodes_[static_cast<std::size_t>(chain[n])];
-    Place place = nodes_[static_cast<std::size_t>(chain[n + 1])].place;
+    Pose2d place = nodes_[static_cast<std::size_t>(chain[n + 1])].place;
     place.curvature_1pm = node.place.curvature_1pm;
     const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
     const double step_m = params_.arc_m / samples;

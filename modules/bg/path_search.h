@@ -38,7 +38,7 @@ struct SearchResult {
 
 /// Start of a search.
 struct Start {
-  Place place;
+  Pose2d place;
   int direction =
       0;  ///< current direction of motion: 1, -1; 0: at rest, either direction is allowed
   double stop_m = 0.0;       ///< stopping distance: no path reverses before that
@@ -79,7 +79,7 @@ class PathSearch {
 
  private:
   struct Node {
-    Place place;
+    Pose2d place;
     double g;
     double s_m;
     int parent;
@@ -93,16 +93,18 @@ class PathSearch {
   };
   [[nodiscard]] std::size_t state(const Node& node) const;
   /// Whether the ground `margin_m` behind the rear edge of the vehicle at this pose is known.
-  [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place,
+  [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Pose2d& place,
                                   double margin_m) const;
+  /// Roll of the vehicle on the ground there, without its sign [rad].
+  [[nodiscard]] static double roll(const vj::Terrain& terrain, const Pose2d& place);
   /// Of the ground below and, backwards, of what is unseen behind, in metres of easy ground.
-  [[nodiscard]] double cost_per_m(const vj::Terrain& terrain, const Place& place, int direction,
+  [[nodiscard]] double cost_per_m(const vj::Terrain& terrain, const Pose2d& place, int direction,
                                   double clearance_m) const;
   /// @param reached  the first target, by this node
   void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
               bool reached);
   /// Cost of the way from there to the last target.
-  [[nodiscard]] double remaining(const Place& place, int leg) const;
+  [[nodiscard]] double remaining(const Pose2d& place, int leg) const;
   void offer(const Node& node);
   void trace(int index, const ObstacleDistance& obstacles, Path* path);
 
@@ -110,12 +112,13 @@ class PathSearch {
   Shape shape_;
   vj::Weights weights_;
   Body body_;
-  Place origin_;                     // of the bins
+  Pose2d origin_;                    // of the bins
   int bins_ = 0;                     // along each side
   std::array<Target, 2> targets_{};  // the last one twice if there is no onward
   double onward_cost_ = 0.0;         // from the first target to the last
   double stop_m_ = 0.0;
   double required_m_ = 0.0;
+  double max_roll_rad_ = 0.0;
   std::array<bool, 18> barred_{};  // first arcs, by curvature and direction
   bool trapped_ = false;           // the start lies in a blocked cell
   std::uint32_t generation_ = 0;

@@ -96,7 +96,7 @@ class Leg {
     }
     displace(n_, rigidity_, weight_, &x_m, &y_m);
     for (std::size_t k = 0; k < n_; ++k) {
-      Place& p = smooth_[k];
+      Pose2d& p = smooth_[k];
       p = points_[k].place;
       if (k == 0 || k + 1 == n_) continue;
       p.x_m = x_m[k];
@@ -104,8 +104,8 @@ class Leg {
       p.heading_rad = std::atan2(y_m[k + 1] - y_m[k - 1], x_m[k + 1] - x_m[k - 1]);
     }
     for (std::size_t k = 1; k + 1 < n_; ++k) {
-      const Place& before = smooth_[k - 1];
-      const Place& after = smooth_[k + 1];
+      const Pose2d& before = smooth_[k - 1];
+      const Pose2d& after = smooth_[k + 1];
       const double way_m = distance(before, smooth_[k]) + distance(smooth_[k], after);
       smooth_[k].curvature_1pm = difference(after.heading_rad, before.heading_rad) / way_m;
     }
@@ -129,16 +129,16 @@ class Leg {
 
   /// If the leg leads into the goal, its nearest point is held unless it still does.
   bool check(const Goal& goal) {
-    const auto from_goal = [&goal](const Place& p) {
+    const auto from_goal = [&goal](const Pose2d& p) {
       return std::hypot(p.x_m - goal.x_m, p.y_m - goal.y_m);
     };
     std::size_t nearest = 0;
-    double least_m = kInGoal * goal.radius_m;
+    double min_m = kInGoal * goal.radius_m;
     for (std::size_t k = 0; k < n_; ++k) {
       if (from_goal(smooth_[k]) <= kInGoal * goal.radius_m) return true;
-      if (from_goal(points_[k].place) >= least_m) continue;
+      if (from_goal(points_[k].place) >= min_m) continue;
       nearest = k;
-      least_m = from_goal(points_[k].place);
+      min_m = from_goal(points_[k].place);
     }
     if (nearest < kBegin) return true;
     hold(nearest);
@@ -153,7 +153,7 @@ class Leg {
   }
 
  private:
-  static double distance(const Place& a, const Place& b) {
+  static double distance(const Pose2d& a, const Pose2d& b) {
     return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
   }
   void hold(std::size_t k) {
@@ -167,7 +167,7 @@ class Leg {
   double rigidity_;
   Values weight_{};
   Values clearance_m_{};
-  std::array<Place, kMaxPoints> smooth_{};
+  std::array<Pose2d, kMaxPoints> smooth_{};
 };
 
 bool smooth_leg(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
@@ -184,10 +184,10 @@ bool smooth_leg(const Body& body, const ObstacleDistance& obstacles, const Shape
   return false;
 }
 
-double least_clearance(const PathPoint* points, std::size_t n) {
-  double least_m = points[0].clearance_m;
-  for (std::size_t k = 1; k < n; ++k) least_m = std::min(least_m, points[k].clearance_m);
-  return least_m;
+double min_clearance(const PathPoint* points, std::size_t n) {
+  double min_m = points[0].clearance_m;
+  for (std::size_t k = 1; k < n; ++k) min_m = std::min(min_m, points[k].clearance_m);
+  return min_m;
 }
 
 }  // namespace
@@ -202,11 +202,11 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
     const std::size_t n = end - begin;
     if (direction > 0 && n >= kMinPoints && n <= kMaxPoints) {
       PathPoint* const leg = path->data() + begin;
-      const double least_m = least_clearance(leg, n);
+      const double min_m = min_clearance(leg, n);
       for (const double rigidity : kRigidities) {
         // Between obstacles a gentle curve is longer, and may miss the only gap.
         const bool last = rigidity == kRigidities.back();
-        if (!last && least_m < weights.near_m) continue;
+        if (!last && min_m < weights.near_m) continue;
         const double clearance_m = last ? weights.margin_m : weights.near_m;
         if (smooth_leg(body, obstacles, shape, clearance_m, through, rigidity, n, leg)) break;
       }
@@ -214,8 +214,8 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
     begin = end - 1;
   }
   for (std::size_t k = 1; k < path->size(); ++k) {
-    const Place& a = (*path)[k - 1].place;
-    const Place& b = (*path)[k].place;
+    const Pose2d& a = (*path)[k - 1].place;
+    const Pose2d& b = (*path)[k].place;
     (*path)[k].s_m = (*path)[k - 1].s_m + std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
   }
 }

@@ -79,7 +79,7 @@ void Planner::update_cost(const Query& query, Stamp now) {
   if (!to_.is_due(query.to, now)) return;
   to_.goal = query.to;
   to_.computed = now;
-  const Place& here = query.start.place;
+  const Pose2d& here = query.start.place;
   more_m_ = 0.0;
   to_.cost.compute(remembered_, query.to, query.forbidden());
   if (to_.cost.reachable_from(here.x_m, here.y_m)) {

@@ -34,7 +34,7 @@ class Planner {
           double near_goal_m);
 
   /// Remembers the ground of a terrain.
-  void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles) {
+  void note(const Pose2d& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles) {
     remembered_.note(vehicle, terrain, obstacles, weights_,
                      search_.body().radius_m() + shape_.min_margin_m);
   }

@@ -39,7 +39,7 @@ FarCost::FarCost()
   entries_.reserve(8 * way_.size());  // each cell is offered by at most eight neighbours
 }
 
-void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
+void RememberedGround::note(const Pose2d& vehicle, const vj::Terrain& terrain,
                             const ObstacleDistance& obstacles, const vj::Weights& weights,
                             double body_m) {
   per_m_.centre_on(per_m_.cell_at(vehicle.x_m, vehicle.y_m));
@@ -76,9 +76,9 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
   }
 }
 
-void RememberedGround::mark_driven(const Place& vehicle) {
+void RememberedGround::mark_driven(const Pose2d& vehicle) {
   driven_.centre_on(driven_.cell_at(vehicle.x_m, vehicle.y_m));
-  const Place from = last_.value_or(vehicle);
+  const Pose2d from = last_.value_or(vehicle);
   last_ = vehicle;
   const double way_m = std::hypot(vehicle.x_m - from.x_m, vehicle.y_m - from.y_m);
   if (way_m > kContinuous_m) return;

@@ -30,7 +30,7 @@ class RememberedGround {
   /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten. Ground
   /// that the vehicle has driven over is not blocked, whatever the terrain shows later.
   /// @param body_m  radius around the centre of the vehicle that must be free
-  void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+  void note(const Pose2d& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
             const vj::Weights& weights, double body_m);
   /// Another frame local has begun.
   void clear() {
@@ -50,11 +50,11 @@ class RememberedGround {
   static constexpr double kCell_m = 0.8;
 
  private:
-  void mark_driven(const Place& vehicle);
+  void mark_driven(const Pose2d& vehicle);
 
   Grid<float> per_m_;
   Grid<std::uint8_t> driven_;
-  std::optional<Place> last_;  // of the vehicle
+  std::optional<Pose2d> last_;  // of the vehicle
 };
 
 /// Cost to a goal over the remembered ground. Allocates nothing after construction.

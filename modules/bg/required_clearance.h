@@ -43,8 +43,8 @@ class RequiredClearance {
   /// Of a motion that begins at this clearance. A larger one: the vehicle must stop first.
   [[nodiscard]] double of(double clearance_m) const {
     if (is_above_floor(clearance_m)) {
-      const double least_m = std::min(floor_m(), clearance_m - kSame_m);
-      return std::min(margin_m_, std::max(clearance_m - kSlack_m, least_m));
+      const double min_m = std::min(floor_m(), clearance_m - kSame_m);
+      return std::min(margin_m_, std::max(clearance_m - kSlack_m, min_m));
     }
     return stopped_at_m_ ? *stopped_at_m_ - kRounding_m : floor_m();
   }

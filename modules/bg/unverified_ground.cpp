@@ -29,7 +29,7 @@ void UnverifiedGround::begin(double cell_m) {
   observations_ = moved_ = Grid<std::uint8_t>(size, cell_m);
 }
 
-void UnverifiedGround::mark(const Place& vehicle, Scans scans, vj::Terrain* terrain) {
+void UnverifiedGround::mark(const Pose2d& vehicle, Scans scans, vj::Terrain* terrain) {
   if (params_.far_m <= 0.0) return;
   if (observations_.size() == 1 || terrain->cell_m != observations_.cell_m()) {
     begin(terrain->cell_m);
@@ -55,14 +55,14 @@ void UnverifiedGround::mark(const Place& vehicle, Scans scans, vj::Terrain* terr
   });
 }
 
-void UnverifiedGround::drive_over(const Place& vehicle) {
+void UnverifiedGround::drive_over(const Pose2d& vehicle) {
   each_point_under(shape_, vehicle, 0.5 * observations_.cell_m(), [this](double x_m, double y_m) {
     std::uint8_t* const observations = observations_.find(observations_.cell_at(x_m, y_m));
     if (observations != nullptr) *observations = kEnough;
   });
 }
 
-void UnverifiedGround::move_to_frame_of(const Place& here) {
+void UnverifiedGround::move_to_frame_of(const Pose2d& here) {
   if (observations_.size() == 1) return;
   const double turn = here_.heading_rad - here.heading_rad;
   const double c = std::cos(turn);

@@ -22,22 +22,22 @@ class UnverifiedGround {
 
   /// Marks unverified ground in the blind zone as obstacles. Ground that the vehicle has driven
   /// over is verified.
-  void mark(const Place& vehicle, Scans scans, vj::Terrain* terrain);
+  void mark(const Pose2d& vehicle, Scans scans, vj::Terrain* terrain);
 
   /// Frame local has been replaced: the vehicle, which has hardly moved, is at `here` in the new
   /// one.
-  void move_to_frame_of(const Place& here);
+  void move_to_frame_of(const Pose2d& here);
 
  private:
   void begin(double cell_m);
-  void drive_over(const Place& vehicle);
+  void drive_over(const Pose2d& vehicle);
 
   SightParams params_;
   Shape shape_;
   // Observations of the cell at short range, and kMissed: it was in sight while scans were lost.
   Grid<std::uint8_t> observations_{1, 0.4};
   Grid<std::uint8_t> moved_{1, 0.4};
-  Place here_;
+  Pose2d here_;
 };
 
 }  // namespace rcs::bg

@@ -27,7 +27,7 @@ double distance_m(const Vec2& p, const Vec2& from, const Vec2& to) {
 }
 
 /// Point `t` of 1 between b and c.
-Place between(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, double t) {
+Pose2d between(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, double t) {
   const Vec2 linear = 0.5 * (c - a);
   const Vec2 square = a - 2.5 * b + 2.0 * c - 0.5 * d;
   const Vec2 cube = 0.5 * (d - a) + 1.5 * (b - c);
@@ -99,13 +99,13 @@ void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::
   }
 }
 
-void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const Shape& shape,
-                     double most_m, Path* path) {
+void follow_way_back(const std::vector<Vec2>& line, const Pose2d& vehicle, const Shape& shape,
+                     double max_m, Path* path) {
   path->clear();
   double nearest_m = kOn_m;
   std::size_t nearest = 0;
   std::size_t count = 0;
-  each_point(line, [&](const Place& p, bool /*begins*/) {
+  each_point(line, [&](const Pose2d& p, bool /*begins*/) {
     const double off_m = std::hypot(p.x_m - vehicle.x_m, p.y_m - vehicle.y_m);
     const double turn = std::remainder(p.heading_rad - vehicle.heading_rad, 2.0 * kPi);
     if (off_m < nearest_m && std::abs(turn) < kOn_rad) {
@@ -117,7 +117,7 @@ void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const 
   if (nearest_m >= kOn_m) return;
   std::size_t k = 0;
   bool ends = false;
-  each_point(line, [&](Place p, bool begins) {
+  each_point(line, [&](Pose2d p, bool begins) {
     if (k++ < nearest || ends) return;
     ends = begins && !path->empty();
     if (ends) return;
@@ -125,7 +125,7 @@ void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const 
                            ? 0.0
                            : path->back().s_m + std::hypot(p.x_m - path->back().place.x_m,
                                                            p.y_m - path->back().place.y_m);
-    ends = s_m > most_m || std::abs(p.curvature_1pm) > kSharper * shape.max_curvature_1pm;
+    ends = s_m > max_m || std::abs(p.curvature_1pm) > kSharper * shape.max_curvature_1pm;
     if (ends) return;
     p.curvature_1pm =
         std::clamp(p.curvature_1pm, -shape.max_curvature_1pm, shape.max_curvature_1pm);
@@ -134,11 +134,11 @@ void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const 
   if (path->size() < 2) path->clear();
 }
 
-WayBackWatch::Along WayBackWatch::on(const Ahead& ahead, const Place& vehicle, Stamp now) {
+WayBackWatch::Along WayBackWatch::on(const Ahead& ahead, const Pose2d& vehicle, Stamp now) {
   const double moved_m = std::hypot(vehicle.x_m - left_at_.x_m, vehicle.y_m - left_at_.y_m);
   const bool free =
       ahead.to_the_end || (leaves_ ? moved_m > kFreed_m && ahead.free_m > ahead.rejoining_m
-                                   : ahead.free_m > ahead.least_m);
+                                   : ahead.free_m > ahead.min_m);
   if (free) {
     leaves_ = false;
     keeps_ = true;
@@ -151,7 +151,7 @@ WayBackWatch::Along WayBackWatch::on(const Ahead& ahead, const Place& vehicle, S
   return leaves_ ? Along::kNo : Along::kWaits;
 }
 
-void WayBackWatch::leave(const Place& vehicle) {
+void WayBackWatch::leave(const Pose2d& vehicle) {
   leaves_ = true;
   keeps_ = false;
   left_at_ = vehicle;

@@ -24,10 +24,10 @@ void mark_way_back(const std::vector<Vec2>& line, const Shape& shape, const vj::
 /// clearance and speeds; allocates nothing for up to path->capacity() points.
 /// @param line  places 1 to 3 m apart; the way is interrupted between places that are more than
 ///   3.5 m apart
-/// @param path  at most `most_m` long; empty if the vehicle is not on the way, or not in its
+/// @param path  at most `max_m` long; empty if the vehicle is not on the way, or not in its
 ///   direction
-void follow_way_back(const std::vector<Vec2>& line, const Place& vehicle, const Shape& shape,
-                     double most_m, Path* path);
+void follow_way_back(const std::vector<Vec2>& line, const Pose2d& vehicle, const Shape& shape,
+                     double max_m, Path* path);
 
 /// Whether the vehicle keeps to its way. An obstacle on ground that it has driven over before is
 /// mostly a wrong one, seen from afar: it keeps to the way, approaches the obstacle, and leaves the
@@ -43,16 +43,16 @@ class WayBackWatch {
   struct Ahead {
     double free_m = 0.0;
     bool to_the_end = false;
-    double least_m = 0.0;      ///< without stopping
+    double min_m = 0.0;        ///< without stopping
     double rejoining_m = 0.0;  ///< to return to the way after it was left
   };
 
   void begin() { *this = WayBackWatch(); }
   /// Not on the way, or there is none.
   void off() { keeps_ = false; }
-  Along on(const Ahead& ahead, const Place& vehicle, Stamp now);
+  Along on(const Ahead& ahead, const Pose2d& vehicle, Stamp now);
   /// For an obstacle that holds the vehicle: until it has moved and the way is free again.
-  void leave(const Place& vehicle);
+  void leave(const Pose2d& vehicle);
 
   /// The path of now is a part of the way.
   [[nodiscard]] bool keeps() const { return keeps_; }
@@ -60,7 +60,7 @@ class WayBackWatch {
  private:
   bool keeps_ = false;
   bool leaves_ = false;
-  Place left_at_;
+  Pose2d left_at_;
   Stamp blocked_since_ = Stamp::max();
 };
 

@@ -19,19 +19,19 @@ Vec2 turned(double yaw_rad, const Vec2& p) {
 
 }  // namespace
 
-LocalFromWorld LocalFromWorld::between(const Place& in_world, const Place& in_local) {
+LocalFromWorld LocalFromWorld::between(const Pose2d& in_world, const Pose2d& in_local) {
   const double yaw_rad = in_local.heading_rad - in_world.heading_rad;
   return {yaw_rad,
           Vec2(in_local.x_m, in_local.y_m) - turned(yaw_rad, {in_world.x_m, in_world.y_m})};
 }
 
-Place LocalFromWorld::to_world(const Place& in_local) const {
+Pose2d LocalFromWorld::to_world(const Pose2d& in_local) const {
   const Vec2 p = turned(-yaw_rad, Vec2(in_local.x_m, in_local.y_m) - origin_m);
   return {p.x(), p.y(), in_local.heading_rad - yaw_rad, in_local.curvature_1pm};
 }
 
 void ZoneGround::mark(const Zones& zones, const LocalFromWorld& frame, const ZoneGuard& guard,
-                      const Place& vehicle, vj::Terrain* terrain) {
+                      const Pose2d& vehicle, vj::Terrain* terrain) {
   const ZoneWindow window{terrain->cell_m, terrain->first, terrain->width,
                           terrain->height, frame.yaw_rad,  frame.origin_m};
   double required_m = guard.required_m();
@@ -46,7 +46,7 @@ void ZoneGround::mark(const Zones& zones, const LocalFromWorld& frame, const Zon
 }
 
 void ZoneGround::mark(const Zones& zones, const ZoneWindow& window, double required_m,
-                      const Place& vehicle, double beyond_m, vj::Terrain* terrain) {
+                      const Pose2d& vehicle, double beyond_m, vj::Terrain* terrain) {
   const std::vector<std::uint8_t>& forbidden = raster_.forbidden(zones, window, required_m);
   std::size_t k = 0;
   for (int j = 0; j < window.height; ++j) {
@@ -77,7 +77,7 @@ const std::vector<std::uint8_t>& ZoneGround::forbidden(const Zones& zones,
 
 void limit_speeds(const Zones& zones, const LocalFromWorld& frame, double margin_m, Path* path) {
   for (PathPoint& p : *path) {
-    const Place in_world = frame.to_world(p.place);
+    const Pose2d in_world = frame.to_world(p.place);
     p.zone_mps = zones.speed_limit_mps({in_world.x_m, in_world.y_m}, margin_m);
     p.road_mps = zones.road_speed_mps({in_world.x_m, in_world.y_m}, margin_m);
   }

@@ -21,8 +21,8 @@ struct LocalFromWorld {
   Vec2 origin_m = Vec2::Zero();
 
   /// The transform that maps the same pose from the one frame to the other.
-  [[nodiscard]] static LocalFromWorld between(const Place& in_world, const Place& in_local);
-  [[nodiscard]] Place to_world(const Place& in_local) const;
+  [[nodiscard]] static LocalFromWorld between(const Pose2d& in_world, const Pose2d& in_local);
+  [[nodiscard]] Pose2d to_world(const Pose2d& in_local) const;
 };
 
 /// Allocates nothing after a terrain as large.
@@ -32,7 +32,7 @@ class ZoneGround {
   /// the guard requires. For a vehicle that must leave forbidden ground, more is required at a
   /// distance from it, so that its path gains at least a quarter of its length in clearance.
   void mark(const Zones& zones, const LocalFromWorld& frame, const ZoneGuard& guard,
-            const Place& vehicle, vj::Terrain* terrain);
+            const Pose2d& vehicle, vj::Terrain* terrain);
 
   /// Cells of the remembered ground, row by row, in which the centre of the vehicle would be nearer
   /// to forbidden ground than the guard requires. They are not remembered: the frames move relative
@@ -44,7 +44,7 @@ class ZoneGround {
 
  private:
   /// @param beyond_m  distance from the vehicle
-  void mark(const Zones& zones, const ZoneWindow& window, double required_m, const Place& vehicle,
+  void mark(const Zones& zones, const ZoneWindow& window, double required_m, const Pose2d& vehicle,
             double beyond_m, vj::Terrain* terrain);
 
   ZoneRaster raster_;
@@ -53,7 +53,7 @@ class ZoneGround {
 
 /// Smallest clearance of the outline of the vehicle, by the discs of its body.
 [[nodiscard]] inline double zone_clearance(const Zones& zones, const Body& body,
-                                           const Place& in_world) {
+                                           const Pose2d& in_world) {
   return body.clearance_by(
       [&](double x_m, double y_m) { return zones.clearance(Vec2(x_m, y_m)).m; }, in_world);
 }

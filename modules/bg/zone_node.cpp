@@ -21,7 +21,7 @@ constexpr double kSigmas = 3.0;     // of a fix
 constexpr Duration kFixAge = from_seconds(1.5);
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
-Place planar(const Pose& T) {
+Pose2d planar(const Pose& T) {
   const Vec3 ahead = T.q * Vec3::UnitX();
   return {T.p.x(), T.p.y(), std::atan2(ahead.y(), ahead.x()), 0.0};
 }
@@ -91,7 +91,7 @@ void ZoneWatch::update(const Nav& nav, const Integrity& integrity, bool initiali
 
 void ZoneWatch::watch_position(const Nav& nav) {
   if (!std::isfinite(level_m_)) return set(Position::kUnbounded, nullptr);
-  const Place here = planar(nav.T_world_vehicle);
+  const Pose2d here = planar(nav.T_world_vehicle);
   guard_.update(zone_clearance(zones_, body_, here), level_m_);
   if (!guard_.too_near()) return set(Position::kFree, nullptr);
   set(guard_.clearance_m() < 0.0 ? Position::kInside : Position::kNear,
@@ -141,7 +141,7 @@ void ZoneWatch::set(Position position, const Zone* zone) {
   }
 }
 
-void ZoneWatch::mark(const Place& vehicle, vj::Terrain* terrain) {
+void ZoneWatch::mark(const Pose2d& vehicle, vj::Terrain* terrain) {
   marked_ = fixes_ && local_from_world_ && std::isfinite(level_m_);
   if (marked_) ground_.mark(zones_, *local_from_world_, guard_, vehicle, terrain);
 }
@@ -158,7 +158,7 @@ std::string_view ZoneWatch::objection(const Route& route, const Nav& nav) {
   for (auto k = static_cast<std::size_t>(route.done()); k < size; ++k) {
     Vec3 at = from_message(route.waypoint(k).p_m);
     if (route.map_epoch()) at = nav.T_local_vehicle * (nav.T_rolling_vehicle.inverse() * at);
-    Place p{at.x(), at.y(), 0.0, 0.0};
+    Pose2d p{at.x(), at.y(), 0.0, 0.0};
     if (!route.in_world()) p = local_from_world_->to_world(p);
     const ZoneClearance nearest = zones_.clearance({p.x_m, p.y_m});
     if (nearest.m >= 0.0) continue;
@@ -195,7 +195,7 @@ void ZoneWatch::describe(const Path& path, std::size_t at, Facts* facts) const {
     facts->zone = ZoneState::kUnknown;
     facts->zone_reason = "waiting for terrain in which the zones are marked";
   }
-  facts->leads_out = near && marked_ && leads_out(path, at, guard_, [&](const Place& p) {
+  facts->leads_out = near && marked_ && leads_out(path, at, guard_, [&](const Pose2d& p) {
                        return zone_clearance(zones_, body_, local_from_world_->to_world(p));
                      });
 }

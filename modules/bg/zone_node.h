@@ -33,7 +33,7 @@ class ZoneWatch {
 
   /// Marks forbidden ground as obstacles; terrain and vehicle are in the frame local of the last
   /// update().
-  void mark(const Place& vehicle, vj::Terrain* terrain);
+  void mark(const Pose2d& vehicle, vj::Terrain* terrain);
   /// The same for the remembered ground; null: nothing is marked.
   [[nodiscard]] const std::vector<std::uint8_t>* forbidden(const RememberedGround& ground,
                                                            double body_m);

@@ -22,6 +22,15 @@ bool passable(const Ground& g, const Weights& w) {
   return !g.known || (!g.obstacle && g.slope_rad <= w.max_slope_rad);
 }
 
+double roll_on(const Ground& g, double heading_rad) {
+  return std::atan(-std::sin(heading_rad) * g.rise_x + std::cos(heading_rad) * g.rise_y);
+}
+
+double cost_of_roll(double roll_rad, const Weights& w) {
+  const double share = std::min(1.0, std::abs(roll_rad) / w.max_roll_rad);
+  return w.roll * share * share;
+}
+
 double cost_per_m(const Ground& g, double clearance_m, const Weights& w) {
   const double near = nearness(clearance_m, w);
   const double cost = 1.0 + w.nearness * near * near +

@@ -17,6 +17,8 @@ struct Ground {
   float height_m = 0.0F;
   float step_m = 0.0F;  ///< of an object or a ledge above the plane of the neighbourhood
   float slope_rad = 0.0F;
+  float rise_x = 0.0F;  ///< of the plane along x and y [1]; 0: unknown
+  float rise_y = 0.0F;
   float roughness_m = 0.0F;  ///< rms about that plane
   float off_route_m = 0.0F;  ///< distance from the way that the vehicle drives back on
 };
@@ -45,6 +47,7 @@ struct Terrain {
 
 struct Weights {
   double slope = 2.0;           ///< added to the cost of a metre at the steepest slope
+  double roll = 4.0;            ///< the same at the largest roll
   double roughness = 2.0;       ///< the same at the roughest ground
   double step = 3.0;            ///< the same at the largest step that is not an obstacle
   double unknown = 1.5;         ///< added to the cost of a metre of unknown ground
@@ -55,6 +58,9 @@ struct Weights {
   double within_margin = 10.0;  ///< added to the cost of a metre with less clearance than margin_m
   double margin_m = 0.4;
   double max_slope_rad = 0.52;  ///< steeper ground is impassable
+  /// Across slopes that roll the vehicle by more it is not driven: 30 deg tip it, and the
+  /// suspension and single stones add to the roll of the ground.
+  double max_roll_rad = 0.40;
   double max_roughness_m = 0.2;
   double max_step_m = 0.3;
   double reverse = 2.5;    ///< cost of a metre backwards, in metres ahead
@@ -63,6 +69,13 @@ struct Weights {
 
 /// Whether the ground may be driven over at all.
 [[nodiscard]] bool passable(const Ground& ground, const Weights& weights);
+
+/// Roll of a vehicle with this heading on the plane of the ground [rad], left side up positive; 0
+/// if the direction of the slope is unknown.
+[[nodiscard]] double roll_on(const Ground& ground, double heading_rad);
+
+/// Added to the cost of a metre for a roll.
+[[nodiscard]] double cost_of_roll(double roll_rad, const Weights& weights);
 
 /// Cost of a metre over this ground, at least 1, in metres of easy ground; it must be passable.
 /// @param clearance_m  from the body of the vehicle to the nearest obstacle

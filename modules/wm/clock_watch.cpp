@@ -17,8 +17,8 @@ void ClockWatch::Track::add(Stamp s, Stamp arrival, bool follows) {
   since_drift %= kDrift;
   StampLead::add(s, arrival);
   if (!follows) return;
-  constexpr Duration kMost = from_milliseconds(5.0);
-  follow(count <= kKnown ? std::nullopt : std::optional<Duration>(kMost));
+  constexpr Duration kMax = from_milliseconds(5.0);
+  follow(count <= kKnown ? std::nullopt : std::optional<Duration>(kMax));
 }
 
 bool ClockWatch::Track::alive(Stamp now) const {

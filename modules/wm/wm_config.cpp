@@ -317,8 +317,12 @@ void read_terrain(ParamTable table, WmConfig* c) {
             "Height above the plane of its neighbourhood from which ground is a solid obstacle "
             "such as a rock. Smaller: more obstacles.");
   table.get("obstacle_m", &p.obstacle_m, {0.05, 2},
-            "Height above the ground from which points are evidence of an obstacle, and height of "
-            "a ledge that is one. It should exceed the grass.");
+            "Height above the ground from which points are evidence of an obstacle. It should "
+            "exceed the grass.");
+  table.get("ledge_m", &p.ledge_m, {0.05, 2},
+            "Height of an edge in the ground, beyond the slope before and after it, from which it "
+            "is an obstacle: ledges, drops, sides of ditches. Lower than what the vehicle can "
+            "drive over, by the error of the heights.");
   table.get("accurate_m", &p.accurate_m, {0, 200},
             "Range within which the lowest points of three scans replace those of scans at longer "
             "range, where errors of position and attitude assign ground to the cells of rocks. "

@@ -52,13 +52,18 @@ struct HazardKind {
   double depth_min_m = 0.0;  // of walls back from both ends; 0: none
   double pen_m = 0.0;        // half of the side of a square around the end of the leg; 0: none
 };
-constexpr std::array<HazardKind, 8> kHazards = {
+constexpr std::array<HazardKind, 12> kHazards = {
     HazardKind{"drop", Feature::Kind::kStep, -4.0, -0.8, 0.1, 0.4},
     HazardKind{"ledge", Feature::Kind::kStep, 0.5, 1.5, 0.1, 0.3},
     HazardKind{"ditch", Feature::Kind::kDitch, 0.8, 1.5, 1.0, 2.5},
     HazardKind{"wall", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6},
     // Beyond the limit of the vehicle: 2 m in 2 to 2.6 m, 38 to 45 deg.
     HazardKind{"bank", Feature::Kind::kStep, 2.0, 2.0, 2.0, 2.6},
+    // Around the limits of the vehicle: some can be driven over, and some cannot.
+    HazardKind{"low_drop", Feature::Kind::kStep, -0.8, -0.2, 0.1, 0.4},
+    HazardKind{"low_ledge", Feature::Kind::kStep, 0.2, 0.6, 0.1, 0.3},
+    HazardKind{"small_ditch", Feature::Kind::kDitch, 0.3, 0.8, 0.6, 1.2},
+    HazardKind{"slope", Feature::Kind::kStep, 2.0, 2.0, 2.8, 5.0},  // 22 to 36 deg
     HazardKind{"gate", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 4.0},
     HazardKind{"dead_end", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 0.0, 15.0},
     HazardKind{"pen", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 0.0, 0.0, 10.0},
@@ -136,8 +141,8 @@ std::vector<Feature> draw_hazards(const HazardParams& params,
       continue;
     }
     if (kind->depth_min_m > 0.0) {
-      const double most_m = std::min(params.depth_max_m, at_m - kLegEnd_m);
-      const double depth_m = within(kind->depth_min_m, std::max(kind->depth_min_m, most_m));
+      const double max_m = std::min(params.depth_max_m, at_m - kLegEnd_m);
+      const double depth_m = within(kind->depth_min_m, std::max(kind->depth_min_m, max_m));
       const Vec2 half = 0.5 * within(kDeadEndMin_m, kDeadEndMax_m) * across;
       add(middle + half, middle - half);
       add(middle + half, middle + half + depth_m * back);

@@ -29,7 +29,8 @@ struct Feature {
 
 /// Hazards across the legs of a course, one a leg, drawn by seed.
 struct HazardParams {
-  /// drop, ledge, ditch, wall, bank; gate: a wall with a gap of 4 to 5.5 m on the leg; dead_end:
+  /// drop, ledge, ditch, wall, bank; low_drop, low_ledge, small_ditch, slope: around the limits of
+  /// the vehicle; gate: a wall with a gap of 4 to 5.5 m on the leg; dead_end:
   /// three walls around 8 to 14 m by depth_max_m or less, open towards the start of the leg; pen:
   /// four walls around the end of the leg, to which no way leads
   std::vector<std::string> kinds;

@@ -200,7 +200,7 @@ class World final : public Node {
   Shape shape_;
   std::vector<Trunk> trunks_;
   std::vector<bool> known_;
-  Place place_;
+  Pose2d place_;
   double speed_mps_ = 0.0;
   double stood_s_ = 0.0;
   Stamp next_order_ = Stamp::min();

@@ -22,7 +22,7 @@ Facts all_is_well() {
   f.gps_age = from_milliseconds(200.0);
   f.map_age = from_milliseconds(200.0);
   f.speed_share = 1.0;
-  f.has_way = true;
+  f.has_path = true;
   return f;
 }
 
@@ -81,8 +81,8 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   f.speed_share = 0.0;
   EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
   f = all_is_well();
-  f.has_way = false;
-  f.without_way = from_seconds(60.0);
+  f.has_path = false;
+  f.without_path = from_seconds(60.0);
   EXPECT_EQ(decide(f, false, {}).status, Status::kError);
 }
 
@@ -136,9 +136,9 @@ TEST(Decide, KeepsToZones) {
     EXPECT_EQ(decide(f, false, {}).state, "LEAVING_ZONE");
     EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
     EXPECT_EQ(decide(f, false, {}).reason, "in keep-out 'pond'");
-    f.has_way = false;
+    f.has_path = false;
     EXPECT_EQ(decide(f, false, {}).state, "ZONE");
-    f.has_way = true;
+    f.has_path = true;
     f.ladar_age = from_seconds(1.0);  // no other rule is suspended
     EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST");
     f.ladar_age = from_milliseconds(100.0);
@@ -223,7 +223,7 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
     f.map_age = from_milliseconds(static_cast<double>(rng() % 3000));
     f.speed_share = chance() ? 1.0 : 0.0;
     f.arrived = chance();
-    f.has_way = chance();
+    f.has_path = chance();
     f.leads_back = chance();
     f.zone = static_cast<ZoneState>(rng() % 2 == 0 ? 0 : rng() % 5);
     f.leads_out = chance();
@@ -236,7 +236,7 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
                 f.integrity_age <= p.integrity_silence && f.pose_valid && f.aligned &&
                 f.ins_age <= p.ins_loss && f.map_age <= p.map_loss &&
                 (f.ladar_age <= p.ladar_loss || (f.leads_back && f.gps_age <= p.gps_loss)) &&
-                f.speed_share > 0.0 && !f.arrived && f.has_way);
+                f.speed_share > 0.0 && !f.arrived && f.has_path);
     ASSERT_TRUE(f.zone == ZoneState::kFree ||
                 (f.leads_out && (f.zone == ZoneState::kNear || f.zone == ZoneState::kInside)));
     ASSERT_EQ(d.status, Status::kExecuting);

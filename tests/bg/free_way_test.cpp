@@ -20,10 +20,10 @@ using test::level_field;
 struct Vehicle {
   explicit Vehicle(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
   /// On a path that turns with this curvature.
-  [[nodiscard]] double free_m(const Place& here, double speed_mps, double curvature_1pm,
+  [[nodiscard]] double free_m(const Pose2d& here, double speed_mps, double curvature_1pm,
                               int direction, double required_m = 0.2) const {
     Path path;
-    Place place = here;
+    Pose2d place = here;
     place.curvature_1pm = curvature_1pm;
     for (int k = 0; k < 60; ++k) {
       path.push_back({place, direction, 0.4 * k, 0.0, 0.0, std::abs(speed_mps)});
@@ -55,7 +55,7 @@ TEST(FreeDistance, EndsBeforeAWall) {
 
 TEST(FreeDistance, AccountsForTheSteeringRate) {
   const Vehicle body(wall_at(8.0));
-  const Place here{0.0, 0.0, 0.0, 0.0};
+  const Pose2d here{0.0, 0.0, 0.0, 0.0};
   const double slow_m = body.free_m(here, 0.5, 0.18, 1);
   const double fast_m = body.free_m(here, 6.0, 0.18, 1);
   EXPECT_EQ(slow_m, 20.0) << "the vehicle turns before the wall";
@@ -74,7 +74,7 @@ TEST(FreeDistance, FromTooCloseTheVehicleMayMoveAwayButNotCloser) {
 // A vehicle on a path with a bend before a wall drives on, where straight ahead it would not.
 TEST(FreeDistance, FollowsThePath) {
   const Vehicle body(wall_at(9.0));
-  const Place here{0.0, 0.0, 0.0, 0.0};
+  const Pose2d here{0.0, 0.0, 0.0, 0.0};
   EXPECT_LT(body.free_m(here, 2.0, 0.0, 1), 8.0);
   EXPECT_EQ(body.free_m(here, 2.0, 0.18, 1), 20.0);
 }
@@ -100,7 +100,7 @@ TEST(Body, ClearanceIsThatOfTheRectangle) {
                                     return std::abs(x - x_m) < 0.1 && std::abs(y - y_m) < 0.1;
                                   }),
                       {});
-    const Place place{0.0, 0.0, 2.0 * kPi * unit(rng), 0.0};
+    const Pose2d place{0.0, 0.0, 2.0 * kPi * unit(rng), 0.0};
     const double c = std::cos(place.heading_rad);
     const double s = std::sin(place.heading_rad);
     double truth_m = 100.0;  // from the nearest point of the square to the rectangle
@@ -127,14 +127,14 @@ TEST(Body, ClearanceIsSteadyWhileAnObstaclePasses) {
   obstacles.compute(
       level_field(128, [](double x, double y) { return std::abs(x) < 0.3 && y > 0.8 && y < 1.2; }),
       {});
-  double least_m = 10.0;
-  double most_m = -10.0;
+  double min_m = 10.0;
+  double max_m = -10.0;
   for (double x_m = -1.0; x_m <= 1.0; x_m += 0.05) {
     const double clearance_m = body.clearance(obstacles, {x_m, -0.2, 0.0, 0.0});
-    least_m = std::min(least_m, clearance_m);
-    most_m = std::max(most_m, clearance_m);
+    min_m = std::min(min_m, clearance_m);
+    max_m = std::max(max_m, clearance_m);
   }
-  EXPECT_LT(most_m - least_m, 0.1);
+  EXPECT_LT(max_m - min_m, 0.1);
 }
 
 constexpr double kMargin_m = 0.3;
@@ -256,7 +256,7 @@ TEST(Trail, LeadsBackAsFarAsTheVehicleCameAhead) {
   EXPECT_TRUE(path.empty());
   // Backwards out of a lane, then 6 m ahead on an arc.
   for (int k = 0; k <= 50; ++k) trail.add({-0.1 * k, 0.0, 0.0, 0.0});
-  Place here{-5.0, 0.0, 0.0, 0.1};
+  Pose2d here{-5.0, 0.0, 0.0, 0.1};
   for (int k = 0; k < 60; ++k) {
     here = along_arc(here, 0.1);
     trail.add(here);

@@ -25,7 +25,7 @@ vj::Terrain terrain_with_strip(double from_m, double to_m) {
 }
 
 /// As many scans as it takes.
-void look(HiddenGround* hidden, const Place& vehicle, double pitch_rad, double roll_rad,
+void look(HiddenGround* hidden, const Pose2d& vehicle, double pitch_rad, double roll_rad,
           vj::Terrain* terrain) {
   vj::Terrain first = *terrain;
   hidden->mark(vehicle, pitch_rad, roll_rad, true, &first);
@@ -71,7 +71,7 @@ TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
   HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
   look(&hidden, {}, 0.0, 0.0, &t);
-  Place aside;
+  Pose2d aside;
   aside.heading_rad = 2.0;
   vj::Terrain again = terrain_with_strip(8.0, 20.0);
   look(&hidden, aside, 0.0, 0.0, &again);

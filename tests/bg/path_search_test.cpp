@@ -85,6 +85,52 @@ TEST(PathSearch, GoesStraightWithoutObstacles) {
   for (const PathPoint& p : path) EXPECT_NEAR(p.place.y_m, 0.0, 0.3);
 }
 
+// A hillside across the straight way, 26 deg steep to the left, 5 m to either side.
+vj::Terrain hillside() {
+  vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  for (int j = 0; j < terrain.height; ++j) {
+    for (int i = 0; i < terrain.width; ++i) {
+      const double x_m = terrain.cell_m * (terrain.first.i + i + 0.5);
+      const double y_m = terrain.cell_m * (terrain.first.j + j + 0.5);
+      if (x_m < 6.0 || x_m > 14.0 || std::abs(y_m) > 5.0) continue;
+      vj::Ground& g = terrain.ground[static_cast<std::size_t>(j * terrain.width + i)];
+      g.slope_rad = static_cast<float>(radians(26.0));
+      g.rise_y = std::tan(g.slope_rad);
+    }
+  }
+  return terrain;
+}
+
+double roll_at(const vj::Terrain& terrain, const Pose2d& p) {
+  return std::abs(vj::roll_on(terrain.at(terrain.cell_at(p.x_m, p.y_m)), p.heading_rad));
+}
+
+TEST(PathSearch, NoPathRollsTheVehicleByMoreThanItsLimit) {
+  Planner planner;
+  Path path;
+  const vj::Terrain terrain = hillside();
+  const SearchResult result = planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path);
+  EXPECT_EQ(result.stop, SearchStop::kGoal);
+  for (const PathPoint& p : path) {
+    EXPECT_LE(roll_at(terrain, p.place), planner.weights.max_roll_rad) << p.s_m;
+  }
+}
+
+TEST(PathSearch, AVehicleThatRollsByMoreLeaves) {
+  Planner planner;
+  Path path;
+  const vj::Terrain terrain = hillside();
+  Start start;
+  start.place = {10.0, 0.0, 0.0, 0.0};
+  const SearchResult result = planner.plan(terrain, start, {20.0, 0.0, 1.5}, &path);
+  EXPECT_EQ(result.stop, SearchStop::kGoal);
+  ASSERT_GT(path.size(), 10U);
+  EXPECT_LT(planner.search.cost_of_rest(path, 20, terrain, planner.obstacles,
+                                        {{20.0, 0.0, 1.5}, &planner.field}, std::nullopt),
+            50.0)
+      << "the rest of the path is on level ground";
+}
+
 // A wall with a gap to one side: the path goes through the gap, and the body never comes nearer to
 // the wall than the margin, measured with the true rectangle and the cells' true squares.
 TEST(PathSearch, GoesAroundAnObstacleAndKeepsTheMargin) {
@@ -185,7 +231,7 @@ TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   Planner planner;
   Path path;
   const double half_m = planner.search.body().radius_m() + 0.35;
-  const Place start{0.0, 0.2, 0.0, 0.0};
+  const Pose2d start{0.0, 0.2, 0.0, 0.0};
   // With a yard around the start there is no other way.
   const auto lane = [&](double wall_m, bool yard) {
     return level_field(128, [&, wall_m, yard](double x, double y) {
@@ -329,7 +375,7 @@ TEST(PathFollow, AVehicleStaysOnItsPath) {
   planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path);
   const FollowParams params;
   plan_speeds(terrain, planner.weights, {}, params, planner.shape, 5.0, 1.0, &path);
-  Place vehicle;
+  Pose2d vehicle;
   double speed = 0.0;
   std::size_t at = 0;
   double worst = 0.0;

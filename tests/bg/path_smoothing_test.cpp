@@ -24,7 +24,7 @@ struct Smoothing {
   /// Arcs of 1.2 m with these shares of the largest curvature, as the search makes them.
   [[nodiscard]] Path arcs(const std::vector<double>& shares, int direction = 1) const {
     Path path;
-    Place place;
+    Pose2d place;
     path.push_back({place, direction, 0.0, body.clearance(obstacles, place), 0.0, 0.0});
     for (const double share : shares) {
       place.curvature_1pm = share * shape.max_curvature_1pm;
@@ -79,8 +79,8 @@ TEST(PathSmoothing, HeadingAndCurvatureAreThoseOfThePoints) {
   Path path = s.arcs({0.0, 0.0, 0.25, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.25, 0.0, 0.0});
   s.smooth(&path);
   for (std::size_t k = 4; k + 4 < path.size(); ++k) {
-    const Place& p = path[k].place;
-    Place next = p;
+    const Pose2d& p = path[k].place;
+    Pose2d next = p;
     next.curvature_1pm = 0.5 * (p.curvature_1pm + path[k + 1].place.curvature_1pm);
     next = along_arc(next, path[k + 1].s_m - path[k].s_m);
     EXPECT_NEAR(next.x_m, path[k + 1].place.x_m, 0.01) << k;
@@ -102,8 +102,8 @@ TEST(PathSmoothing, KeepsTheMarginAndTheCurvatureOfTheVehicle) {
     Path path = before;
     s.smooth(&path);
     for (std::size_t k = 0; k < path.size(); ++k) {
-      const double least_m = std::min(s.weights.margin_m, before[k].clearance_m - 0.021);
-      EXPECT_GE(s.body.clearance(s.obstacles, path[k].place), least_m) << field << " " << k;
+      const double min_m = std::min(s.weights.margin_m, before[k].clearance_m - 0.021);
+      EXPECT_GE(s.body.clearance(s.obstacles, path[k].place), min_m) << field << " " << k;
       EXPECT_LE(std::abs(path[k].place.curvature_1pm), 1.021 * s.shape.max_curvature_1pm);
     }
     smoothed += steering(path) < 0.9 * steering(before) ? 1 : 0;
@@ -154,7 +154,7 @@ TEST(PathSmoothing, BesideAnObstacleThePathStaysWhereTheSearchLaidIt) {
 TEST(PathSmoothing, ContinuesToLeadThroughAGoal) {
   const Smoothing s(level_field(128, [](double, double) { return false; }));
   const Path before = s.arcs(kSwerve);
-  const Place& top = before[24].place;  // of the swerve
+  const Pose2d& top = before[24].place;  // of the swerve
   const Goal goal{top.x_m, top.y_m + 0.3, 0.8};
   const auto nearest_m = [&goal](const Path& path) {
     double out = 1e9;

@@ -14,7 +14,7 @@ using test::level_field;
 constexpr double kBody_m = 1.35;
 
 // Terrain of `side` cells around a place, as WM publishes it while the vehicle drives.
-void look(RememberedGround* remembered, const Place& vehicle,
+void look(RememberedGround* remembered, const Pose2d& vehicle,
           const std::function<bool(double x_m, double y_m)>& blocked) {
   vj::Terrain terrain = level_field(128, [](double, double) { return false; });
   terrain.first.i += static_cast<int>(std::floor(vehicle.x_m / terrain.cell_m));
@@ -101,7 +101,7 @@ TEST(RememberedGround, AWallIsRememberedWhenItHasLeftTheTerrain) {
   for (double y_m = -30.0; y_m <= 30.0; y_m += 5.0) look(&remembered, {-6.0, y_m, 1.57, 0.0}, wall);
   look(&remembered, {-6.0, 60.0, 1.57, 0.0}, wall);
   const FarCost cost = cost_to({20.0, 0.0, 2.0}, remembered);
-  const Place before{-6.0, 0.0, 0.0, 0.0};
+  const Pose2d before{-6.0, 0.0, 0.0, 0.0};
   EXPECT_TRUE(cost.reachable_from(before.x_m, before.y_m));
   const double around_m = std::hypot(6.0, 31.3) + std::hypot(20.0, 31.3);
   EXPECT_GT(cost.at(before.x_m, before.y_m), around_m);
@@ -129,7 +129,7 @@ TEST(RememberedGround, AnEnclosedGoalIsNotReachableUntilAGapIsSeen) {
   };
   RememberedGround remembered;
   const Goal goal{0.0, 0.0, 2.0};
-  const Place outside{-18.0, 0.0, 0.0, 0.0};
+  const Pose2d outside{-18.0, 0.0, 0.0, 0.0};
   EXPECT_TRUE(cost_to(goal, remembered).reachable_from(outside.x_m, outside.y_m))
       << "nothing was seen yet";
   look(&remembered, outside, pen);

@@ -1,6 +1,6 @@
 #pragma once
 // Random command sequences around emergency stops, and the law that BG must keep in them: in
-// lockstep (stop_stories_test.cpp) and with a whole live vehicle (stop_sequences_test.cpp).
+// lockstep (stop_sequences_test.cpp) and with a whole live vehicle (stop_sequences_test.cpp).
 
 #include <cstddef>
 #include <cstdint>

@@ -15,7 +15,7 @@ vj::Terrain known_ground() {
 
 struct Drive {
   UnverifiedGround unverified{sight(), Shape{}};
-  Place here;
+  Pose2d here;
   vj::Terrain terrain = known_ground();
 
   /// Ahead by `way_m`, negative: backwards, with a scan each 0.5 m or without.
@@ -102,7 +102,7 @@ TEST(UnverifiedGround, ItIsKeptWhenFrameLocalIsReplaced) {
   drive.go(8.0, Scans::kLost);
   ASSERT_TRUE(drive.blocked(5.0));
   const int before = drive.blocked_cells();
-  drive.here = Place{3.0, -2.0, 1.2, 0.0};
+  drive.here = Pose2d{3.0, -2.0, 1.2, 0.0};
   drive.unverified.move_to_frame_of(drive.here);
   drive.stay(Scans::kNew);
   EXPECT_TRUE(drive.blocked(5.0));

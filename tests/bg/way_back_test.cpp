@@ -7,7 +7,7 @@
 namespace rcs::bg {
 namespace {
 
-constexpr double kMost_m = 30.0;
+constexpr double kMax_m = 30.0;
 
 /// Places each 3 m on a circle to the left of the origin, which it leaves along x.
 std::vector<Vec2> circle(double radius_m, int places) {
@@ -27,20 +27,20 @@ std::vector<Vec2> straight(const Vec2& from, const Vec2& to) {
   return line;
 }
 
-Path path_on(const std::vector<Vec2>& line, const Place& vehicle, double most_m = kMost_m) {
+Path path_on(const std::vector<Vec2>& line, const Pose2d& vehicle, double max_m = kMax_m) {
   Path path;
-  follow_way_back(line, vehicle, Shape{}, most_m, &path);
+  follow_way_back(line, vehicle, Shape{}, max_m, &path);
   return path;
 }
 
 TEST(WayBack, TheCurveThroughThePlacesIsThatOfTheWay) {
   const double radius_m = 8.0;
-  const Path path = path_on(circle(radius_m, 12), Place{});
+  const Path path = path_on(circle(radius_m, 12), Pose2d{});
   ASSERT_GT(path.size(), 50U);
-  EXPECT_NEAR(path.back().s_m, kMost_m, 0.5);
+  EXPECT_NEAR(path.back().s_m, kMax_m, 0.5);
   // The ends of the line are extended straight.
   for (std::size_t k = 10; k + 10 < path.size(); ++k) {
-    const Place& p = path[k].place;
+    const Pose2d& p = path[k].place;
     EXPECT_NEAR(std::hypot(p.x_m, p.y_m - radius_m), radius_m, 0.02) << k;
     EXPECT_NEAR(std::remainder(p.heading_rad - path[k].s_m / radius_m, 2.0 * kPi), 0.0, 0.03) << k;
     EXPECT_NEAR(p.curvature_1pm, 1.0 / radius_m, 0.03) << k;
@@ -132,7 +132,7 @@ TEST(WayBack, BetweenPlacesThatAreFarApartNothingWasDrivenOver) {
 TEST(WayBack, TheVehicleLeavesItsWayOnlyForAnObstacleThatRemains) {
   using Along = WayBackWatch::Along;
   WayBackWatch watch;
-  const Place here{5.0, 0.0, 0.0, 0.0};
+  const Pose2d here{5.0, 0.0, 0.0, 0.0};
   const auto ahead = [](double free_m) { return WayBackWatch::Ahead{free_m, false, 3.0, 10.0}; };
   const auto at = [](double s) { return Stamp(from_seconds(s)); };
   EXPECT_EQ(watch.on(ahead(20.0), here, at(0.0)), Along::kFree);
@@ -142,7 +142,7 @@ TEST(WayBack, TheVehicleLeavesItsWayOnlyForAnObstacleThatRemains) {
   EXPECT_EQ(watch.on(ahead(2.0), here, at(9.5)), Along::kNo);
   EXPECT_FALSE(watch.keeps());
   EXPECT_EQ(watch.on(ahead(20.0), here, at(10.0)), Along::kNo) << "it has not moved yet";
-  const Place moved{6.0, 0.0, 0.0, 0.0};
+  const Pose2d moved{6.0, 0.0, 0.0, 0.0};
   EXPECT_EQ(watch.on(ahead(9.0), moved, at(11.0)), Along::kNo);
   EXPECT_EQ(watch.on(ahead(11.0), moved, at(12.0)), Along::kFree);
   EXPECT_TRUE(watch.keeps());

@@ -30,7 +30,7 @@ TEST(ZoneDrive, AKeepOutAcrossTheWayIsDrivenAroundWithItsMargin) {
     plan.frame = frame;
     const Result r = drive(plan);
     EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
-    EXPECT_GT(r.least_m, 1.0) << "the protection level";
+    EXPECT_GT(r.min_m, 1.0) << "the protection level";
     EXPECT_GT(r.way_m, 50.0);
     EXPECT_EQ(r.states.count("ZONE"), 0U);
   }
@@ -44,7 +44,7 @@ TEST(ZoneDrive, AKeepOutLongerThanThePatchIsDrivenAround) {
   plan.zones = {rectangle(ZoneKind::kKeepOut, "canal", 20.0, -55.0, 25.0, 70.0)};
   const Result r = drive(plan);
   EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
-  EXPECT_GT(r.least_m, 1.0);
+  EXPECT_GT(r.min_m, 1.0);
   EXPECT_LT(r.way_m, 250.0) << "along it once: about 140 m";
 }
 
@@ -58,7 +58,7 @@ TEST(ZoneDrive, TheFenceIsKeptThoughTheShortWayLeadsOutOfIt) {
   plan.zones = {fence};
   const Result r = drive(plan);
   EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
-  EXPECT_GT(r.least_m, 1.0);
+  EXPECT_GT(r.min_m, 1.0);
 }
 
 TEST(ZoneDrive, AWaypointInForbiddenGroundIsRejected) {
@@ -90,7 +90,7 @@ TEST(ZoneDrive, AVehicleInForbiddenGroundDrivesOutAndNotFurtherIn) {
       const Result r = drive(plan);
       EXPECT_TRUE(r.done) << heading_rad << ": " << r.state << ": " << r.reason;
       EXPECT_EQ(r.states.count("LEAVING_ZONE"), 1U);
-      EXPECT_GT(r.least_m, r.first_m - 0.7) << heading_rad;
+      EXPECT_GT(r.min_m, r.first_m - 0.7) << heading_rad;
     }
   }
 }
@@ -105,7 +105,7 @@ TEST(ZoneDrive, AVehicleWhoseGoalIsOnTheOtherSideStaysWhereItIs) {
   plan.zones = {sea};
   const Result r = drive(plan);
   EXPECT_FALSE(r.done);
-  EXPECT_GT(r.least_m, 1.0);
+  EXPECT_GT(r.min_m, 1.0);
 }
 
 TEST(ZoneDrive, WithoutABoundOfThePositionTheVehicleStops) {
@@ -159,7 +159,7 @@ TEST(ZoneDrive, TheHeadingIsInitializedFarFromZonesOnly) {
   r = drive(plan);
   EXPECT_EQ(r.state, "ZONE_POSE_UNKNOWN");
   EXPECT_NE(r.reason.find("keep-out 'pond' is within 20 m"), std::string::npos) << r.reason;
-  EXPECT_GT(r.least_m, 15.0);
+  EXPECT_GT(r.min_m, 15.0);
 }
 
 // A message can have any numbers: the origin of a frame must be a place, and any level is handled.
@@ -203,7 +203,7 @@ TEST(ZoneDrive, ZonesFollowAStepOfFrameWorld) {
   plan.world_error_m = [](double t) { return t < 3.0 ? Vec2(0.0, -3.0) : Vec2(0.0, 0.0); };
   const Result r = drive(plan);
   EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
-  EXPECT_GT(r.least_m, 0.0);
+  EXPECT_GT(r.min_m, 0.0);
 }
 
 // Next to a border the level grows: the vehicle may leave, and no motion leads into the zone.
@@ -213,7 +213,7 @@ TEST(ZoneDrive, AGrowingProtectionLevelNextToABorderDoesNotHoldTheVehicleForEver
   plan.level_m = [](double t) { return t < 4.0 ? 0.5 : std::min(4.0, 0.5 + 1.0 * (t - 4.0)); };
   const Result r = drive(plan);
   EXPECT_TRUE(r.done) << r.state << ": " << r.reason;
-  EXPECT_GT(r.least_m, 0.5);
+  EXPECT_GT(r.min_m, 0.5);
 }
 
 TEST(ZoneDrive, SpeedZonesLimitTheSpeed) {

@@ -59,16 +59,16 @@ bool blocked(const vj::Terrain& terrain, double x_m, double y_m) {
 }
 
 TEST(LocalFromWorld, MapsThePoseFromWhichItWasMade) {
-  const Place in_world{12.0, -7.0, 0.4, 0.1};
-  const Place in_local{3.0, 5.0, -1.1, 0.1};
+  const Pose2d in_world{12.0, -7.0, 0.4, 0.1};
+  const Pose2d in_local{3.0, 5.0, -1.1, 0.1};
   const LocalFromWorld frame = LocalFromWorld::between(in_world, in_local);
-  const Place back = frame.to_world(in_local);
+  const Pose2d back = frame.to_world(in_local);
   EXPECT_NEAR(back.x_m, in_world.x_m, 1e-12);
   EXPECT_NEAR(back.y_m, in_world.y_m, 1e-12);
   EXPECT_NEAR(wrap_angle(back.heading_rad - in_world.heading_rad), 0.0, 1e-12);
   // Two metres ahead in the one frame are two metres ahead in the other.
-  const Place ahead = frame.to_world(along_arc({3.0, 5.0, -1.1, 0.0}, 2.0));
-  const Place expected = along_arc({12.0, -7.0, 0.4, 0.0}, 2.0);
+  const Pose2d ahead = frame.to_world(along_arc({3.0, 5.0, -1.1, 0.0}, 2.0));
+  const Pose2d expected = along_arc({12.0, -7.0, 0.4, 0.0}, 2.0);
   EXPECT_NEAR(ahead.x_m, expected.x_m, 1e-12);
   EXPECT_NEAR(ahead.y_m, expected.y_m, 1e-12);
 }
@@ -194,7 +194,7 @@ TEST(ZoneGuard, APathLeadsOutIfItGainsClearanceAndLosesNone) {
     path[k].s_m = path[k].place.x_m = static_cast<double>(k);
   }
   const auto out = [&](double rate, double dip_m) {
-    return leads_out(path, 0, guard, [=](const Place& p) {
+    return leads_out(path, 0, guard, [=](const Pose2d& p) {
       return -3.0 + rate * p.x_m - (p.x_m > 3.0 && p.x_m < 7.0 ? dip_m : 0.0);
     });
   };
@@ -203,7 +203,7 @@ TEST(ZoneGuard, APathLeadsOutIfItGainsClearanceAndLosesNone) {
   EXPECT_FALSE(out(0.1, 2.0)) << "further in on the way";
   EXPECT_FALSE(out(0.02, 0.0)) << "along the border";
   EXPECT_FALSE(out(-0.1, 0.0));
-  EXPECT_FALSE(leads_out({}, 0, guard, [](const Place&) { return 10.0; }));
+  EXPECT_FALSE(leads_out({}, 0, guard, [](const Pose2d&) { return 10.0; }));
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ inline Zone rectangle(ZoneKind kind, const std::string& name, double west_m, dou
 /// What happens in a drive.
 struct Plan {
   std::vector<Zone> zones;
-  Place start;              ///< in frame world
+  Pose2d start;             ///< in frame world
   std::vector<Vec2> goals;  ///< in frame world
   std::int8_t frame = command_t::FRAME_WORLD;
   double speed_mps = 5.0;
@@ -76,7 +76,7 @@ class World final : public Node {
     GeodeticZones drawn;
     drawn.zones = plan.zones;
     zones_ = drawn.in_world(LocalFrame(kDatum));
-    first_m = least_m = clearance();
+    first_m = min_m = clearance();
   }
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }
@@ -91,7 +91,7 @@ class World final : public Node {
 
   bool done = false;
   double first_m = 0.0;  ///< clearance of the true outline at the start
-  double least_m = 0.0;  ///< the smallest
+  double min_m = 0.0;    ///< the smallest
   double way_m = 0.0;
   double fastest_mps = 0.0;
   double fastest_in_zones_mps = 0.0;
@@ -112,7 +112,7 @@ class World final : public Node {
     speed_mps_ += std::clamp(wanted_mps - speed_mps_, -3.0 * dt, 2.0 * dt);
     place_ = along_arc(place_, speed_mps_ * dt);
     way_m += std::abs(speed_mps_) * dt;
-    least_m = std::min(least_m, clearance());
+    min_m = std::min(min_m, clearance());
     fastest_mps = std::max(fastest_mps, speed_mps_);
     if (std::isfinite(zones_.speed_limit_mps({place_.x_m, place_.y_m}, 0.0))) {
       fastest_in_zones_mps = std::max(fastest_in_zones_mps, speed_mps_);
@@ -223,7 +223,7 @@ class World final : public Node {
   PeriodicClock clock_{kStep};
   Plan plan_;
   Zones zones_;
-  Place place_;
+  Pose2d place_;
   double speed_mps_ = 0.0;
   Vec2 error_m_ = Vec2::Zero();
   Stamp next_order_ = Stamp::min();
@@ -258,7 +258,7 @@ class Ticks final : public EventSource {
 
 struct Result {
   bool done;
-  double first_m, least_m, way_m, fastest_mps, fastest_in_zones_mps;
+  double first_m, min_m, way_m, fastest_mps, fastest_in_zones_mps;
   std::set<std::string> states;
   std::string state, reason;
 };
@@ -272,7 +272,7 @@ inline Result drive(const Plan& plan) {
   Ticks ticks(&world, plan.time_s);
   LockstepTimeline timeline(&bus, &ticks, Duration(0));
   rcs::run({&bg, &world}, timeline, nullptr);
-  return {world.done,   world.first_m,     world.least_m,
+  return {world.done,   world.first_m,     world.min_m,
           world.way_m,  world.fastest_mps, world.fastest_in_zones_mps,
           world.states, world.state,       world.reason};
 }

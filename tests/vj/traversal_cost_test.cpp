@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "rcs/base/linear.h"
+
 namespace rcs::vj {
 namespace {
 
@@ -59,6 +63,19 @@ TEST(TraversalCost, ObstaclesAndCliffsAreNotDriven) {
   EXPECT_TRUE(
       passable(Ground{}, {}));  // unknown: slowly, and observed before the vehicle reaches it
   EXPECT_GT(cost_per_m(Ground{}, 10.0, {}), 1.0);
+}
+
+TEST(TraversalCost, TheRollIsThatOfTheSlopeAcrossTheVehicle) {
+  Ground g;
+  g.known = true;
+  g.rise_y = static_cast<float>(std::tan(radians(20.0)));
+  EXPECT_NEAR(degrees(roll_on(g, 0.0)), 20.0, 1e-4);
+  EXPECT_NEAR(degrees(roll_on(g, kPi)), -20.0, 1e-4);
+  EXPECT_NEAR(roll_on(g, 0.5 * kPi), 0.0, 1e-6) << "straight up the slope";
+  const Weights w;
+  EXPECT_EQ(cost_of_roll(0.0, w), 0.0);
+  EXPECT_DOUBLE_EQ(cost_of_roll(-w.max_roll_rad, w), w.roll);
+  EXPECT_DOUBLE_EQ(cost_of_roll(0.5 * w.max_roll_rad, w), 0.25 * w.roll);
 }
 
 TEST(TraversalCost, ALargerPoseSigmaGivesALowerSpeed) {

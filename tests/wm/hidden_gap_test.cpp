@@ -148,8 +148,8 @@ TEST(HiddenGround, IsDetectedBeforeTheVehicleReachesIt) {
   struct Row {
     const char* what;
     Ground ground;
-    double least_m;  ///< smallest distance of the LADAR that is enough
-    double most_m;
+    double min_m;  ///< smallest distance of the LADAR that is enough
+    double max_m;
   };
   const std::vector<Row> rows = {
       {"ditch 0.6 m wide, 0.8 m deep", ditch(0.6, 0.8), 5.0, 12.0},
@@ -166,8 +166,8 @@ TEST(HiddenGround, IsDetectedBeforeTheVehicleReachesIt) {
   for (const Row& row : rows) {
     const double at_m = Approach(row.ground, row.ground).detect();
     std::printf("%-32s detected at %.1f m\n", row.what, at_m);
-    EXPECT_GE(at_m, row.least_m) << row.what;
-    EXPECT_LE(at_m, row.most_m) << row.what;
+    EXPECT_GE(at_m, row.min_m) << row.what;
+    EXPECT_LE(at_m, row.max_m) << row.what;
   }
 }
 

@@ -143,8 +143,8 @@ bool FaultDetection::wheels_are_refused(const Measurement& input, const FilterSt
 /// follows the INS; fixes do not. Wheels that repeat their values may be stuck.
 bool FaultDetection::only_filter_speed_changed(const Measurement& input,
                                                const FilterState& belief) const {
-  constexpr double kLeast_mps = 1.0;
-  constexpr double kMost = 0.7;  // shares of the difference
+  constexpr double kMin_mps = 1.0;
+  constexpr double kMax = 0.7;  // shares of the difference
   constexpr double kLittle = 0.3;
   constexpr Duration kRepeats = from_seconds(0.4);
   const Stamp now = belief.belief.x.stamp;
@@ -158,7 +158,7 @@ bool FaultDetection::only_filter_speed_changed(const Measurement& input,
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return false;
   const double own_mps = speed_ahead(belief.belief.x);
   const double apart_mps = std::abs(own_mps - wheels->speed_mps);
-  return apart_mps > kLeast_mps && std::abs(own_mps - refused_.ahead_mps) > kMost * apart_mps &&
+  return apart_mps > kMin_mps && std::abs(own_mps - refused_.ahead_mps) > kMax * apart_mps &&
          std::abs(wheels->speed_mps - refused_.wheels_mps) < kLittle * apart_mps;
 }
 

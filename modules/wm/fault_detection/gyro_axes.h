@@ -25,7 +25,7 @@ class GyroAxes {
     if (count_ < kScans) return false;
     for (int axis = 0; axis < 3; ++axis) {
       const double ladar = long_.ladar[axis];
-      if (ladar < kScans * kLeast_rad * kLeast_rad) continue;
+      if (ladar < kScans * kMin_rad * kMin_rad) continue;
       const double limit = kMuchBetter * std::min(ladar, unexplained(axis, axis, 1.0));
       for (int other = 0; other < 3; ++other) {
         if (unexplained(axis, other, -1.0) < limit) return true;
@@ -52,7 +52,7 @@ class GyroAxes {
   static constexpr int kScans = 20;  // time constants
   static constexpr int kRecentScans = 8;
   static constexpr double kMuchBetter = 0.3;
-  static constexpr double kLeast_rad = 5e-4;  // from scan to scan; less is rounding, not motion
+  static constexpr double kMin_rad = 5e-4;  // from scan to scan; less is rounding, not motion
   static constexpr double kMotion_rad = 5e-3;
   static constexpr double kCorrelated = 0.3;
 

@@ -31,9 +31,9 @@ double MovingObject::distance(const Vec2& place, double from_s, double for_s) co
   return std::hypot(beyond_m, aside_m);
 }
 
-MovingObjects::MovingObjects(double cell_m, std::size_t most_cells) : cell_m_(cell_m) {
-  order_.reserve(most_cells);
-  clusters_.reserve(most_cells);
+MovingObjects::MovingObjects(double cell_m, std::size_t max_cells) : cell_m_(cell_m) {
+  order_.reserve(max_cells);
+  clusters_.reserve(max_cells);
   objects_.reserve(kMaxObjects);
 }
 

@@ -35,7 +35,7 @@ struct MovingObject {
 /// Allocates nothing after construction.
 class MovingObjects {
  public:
-  MovingObjects(double cell_m, std::size_t most_cells);
+  MovingObjects(double cell_m, std::size_t max_cells);
 
   /// @param cells  in which something stands upright in this scan
   /// @param stands  (Cell) -> bool, whether something stands there still, as far as is known

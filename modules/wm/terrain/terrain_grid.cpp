@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "modules/wm/terrain/ledge.h"
 #include "modules/wm/terrain/plane_fits.h"
 
 namespace rcs::wm {
@@ -17,8 +18,9 @@ constexpr double kStart_m = 8.0;           // from its start: the vehicle counts
 constexpr int kSeenEnough = 3;             // scans
 constexpr std::uint8_t kHiddenEnough = 4;  // observations
 constexpr std::uint8_t kRaysToGround = 60;
-constexpr double kPassable_m = 0.25;  // above the ground: a rock that the vehicle can drive over
-constexpr int kSupported = 9;         // known neighbours from which an unseen cell gets a height
+constexpr double kPassable_m = 0.25;   // above the ground: a rock that the vehicle can drive over
+constexpr int kSupported = 9;          // known neighbours from which an unseen cell gets a height
+constexpr double kInterpolated = 0.5;  // leverage; larger: the neighbours are all on one side
 
 }  // namespace
 
@@ -296,7 +298,8 @@ void TerrainGrid::answer_rows(int begin, int end, std::vector<TerrainAnswer>* ou
         const int i = first + k;
         const Low* const low = lows_.data() + row + kReach + i;
         const bool found = fits.found[k] > 0.0;
-        if (!low->known && !low->hidden && (!found || fits.n[k] < kSupported)) continue;
+        const bool supported = found && fits.n[k] >= kSupported && fits.leverage[k] < kInterpolated;
+        if (!low->known && !low->hidden && !supported) continue;
         const double height_m = low->known ? low->m : std::numeric_limits<double>::quiet_NaN();
         const GroundPlane ground = found ? fits.plane(k) : GroundPlane{height_m};
         answers[i] = answer(low, {first_.i + i, first_.j + j}, ground);
@@ -379,17 +382,21 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
   out.hidden = out.obstacle = self.hidden;
   if (!self.known) return out;
 
-  // A ledge: higher or lower than a neighbour by more than the plane explains. Grass whose ground
-  // was not seen yet is none.
+  // Grass whose ground was not seen yet is no ledge; the ground below vegetation is seen in few
+  // places.
   double ledge = 0.0;
-  for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    const Low& other = low[side.j * stride_ + side.i];
-    if (!self.ground || !other.ground || !other.sure) continue;
-    const double planned = plane.b * side.i + plane.c * side.j;
-    const double edge_m = std::abs(other.m - self.m - planned);
-    // The ground below vegetation is seen in few places.
-    if (edge_m <= ledge || soft(cell) || soft({cell.i + side.i, cell.j + side.j})) continue;
-    ledge = edge_m;
+  if (self.ground && !soft(cell)) {
+    const auto ledge_along = [&](int i, int j, double rise_m) {
+      Profile z_m;
+      for (int k = -kReach; k <= kReach; ++k) {
+        const Low& other = low[k * j * stride_ + k * i];
+        const bool seen = k == 0 || (other.ground && other.sure);
+        const bool counts = seen && !soft({cell.i + k * i, cell.j + k * j});
+        z_m[static_cast<std::size_t>(k + kReach)] = counts ? other.m : std::nanf("");
+      }
+      return ledge_height(z_m, rise_m);
+    };
+    ledge = std::max(ledge_along(1, 0, plane.b), ledge_along(0, 1, plane.c));
   }
   // A rock with unknown terrain behind it tilts the plane towards itself: it is compared with the
   // plane through the other cells.
@@ -424,7 +431,7 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     out.obstacle |= q.ground_seen && low_m > params_.solid_m;
     out.obstacle |= tall;
   }
-  out.obstacle |= seen_enough && ledge > params_.obstacle_m;
+  out.obstacle |= seen_enough && ledge > params_.ledge_m;
   out.step_m = static_cast<float>(std::max(ledge, stands_m));
   return out;
 }

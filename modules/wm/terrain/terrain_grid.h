@@ -25,6 +25,7 @@ struct TerrainParams {
   double solid_m = 0.22;  ///< ground that exceeds its plane by this is a rock
   double obstacle_m =
       0.4;  ///< points higher above the ground are evidence of an obstacle; more than the grass
+  double ledge_m = 0.3;   ///< higher edges in the ground are obstacles, see ledge_height()
   double evidence = 3.5;  ///< net number of scans with such points
   /// Ground that exceeds its plane by this, next to an obstacle, is a part of it: the side of a
   /// rock. 0: disabled.

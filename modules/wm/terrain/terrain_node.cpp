@@ -43,7 +43,7 @@ void TerrainServer::step(const Estimator& estimator, Stamp local_began, Stamp no
     continue_patch();
     return;
   }
-  for (; !points_.empty(); points_.pop()) take(*points_.front(), estimator, now, report);
+  for (; !points_.empty(); points_.pop()) accept(*points_.front(), estimator, now, report);
   if (!clock_.due(now)) return;
   if (!grid_.empty() && !restored_) begin_patch(estimator.T_local_vehicle(), local_began);
   clock_.advance(now);
@@ -59,7 +59,8 @@ void TerrainServer::clear() {
 
 // The points are given in the rolling map of SP; the transformation to frame local is evaluated
 // now, as the local pose may still be slewing.
-void TerrainServer::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {
+void TerrainServer::accept(const points_t& m, const Estimator& estimator, Stamp now,
+                           Report* report) {
   Pose T_rolling_points;
   const bool good = plausible_stamp(m.utime) &&
                     from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&

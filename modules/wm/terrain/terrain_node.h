@@ -53,7 +53,7 @@ class TerrainServer {
   [[nodiscard]] bool restored() const { return restored_.has_value(); }
 
  private:
-  void take(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
+  void accept(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
   void begin_patch(const Pose& T_local_vehicle, Stamp local_began);
   void continue_patch();
   void publish_patch();

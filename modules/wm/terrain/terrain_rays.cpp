@@ -63,7 +63,7 @@ void TerrainGrid::look_before(const Seen& seen, const Vec2& ladar) {
 
 // Counts the ray in what stands where it ends, and in what it passes through before.
 void TerrainGrid::look_through(const Vec3& hit, const Vec3& ladar) {
-  const auto most_m = params_.vegetation_m + kStanding_m;
+  const auto max_m = params_.vegetation_m + kStanding_m;
   TerrainCell* const at = cells_.find(cells_.cell_at(hit.x(), hit.y()));
   if (at == nullptr) return;
   const Vec3 way = ladar - hit;
@@ -71,7 +71,7 @@ void TerrainGrid::look_through(const Vec3& hit, const Vec3& ladar) {
   const bool near = level_m < kNear_m;
   if (at->scans > 0) {
     const double above_m = hit.z() - at->low_m;
-    if (above_m > kStanding_m && above_m < most_m) count(&at->stopped, near, at);
+    if (above_m > kStanding_m && above_m < max_m) count(&at->stopped, near, at);
   }
   if (level_m <= cells_.cell_m()) return;
   const Vec3 step = cells_.cell_m() / level_m * way;
@@ -83,7 +83,7 @@ void TerrainGrid::look_through(const Vec3& hit, const Vec3& ladar) {
     if (cell == nullptr) return;
     if (cell->scans == 0) continue;
     const double above_m = p.z() - cell->low_m;
-    if (above_m > most_m) return;
+    if (above_m > max_m) return;
     if (p.z() >= cell->high_m - kBelowTop_m) continue;
     count(&cell->passed, near, cell);
     cell->pass_low_m = std::min(cell->pass_low_m, static_cast<float>(p.z()));

@@ -29,7 +29,7 @@ using test::Life;
 using test::SequenceDraw;
 using test::StopLaw;
 
-constexpr int kStories = 1000;
+constexpr int kSequences = 1000;
 constexpr int kSteps = 50;
 constexpr Duration kCycle = from_milliseconds(50.0);
 constexpr Duration kReleaseWithin = from_milliseconds(225.0);  // BG may wait behind a stop
@@ -44,7 +44,7 @@ BgConfig quick() {
   return config;
 }
 
-/// What all stories together contain, so that the law is not kept by vehicles that never drive.
+/// What all sequences together contain, so that the law is not kept by vehicles that never drive.
 struct Seen {
   int stops_in_motion = 0;
   int releases = 0;
@@ -163,7 +163,7 @@ class Story {
   std::unique_ptr<Life> life_;
 };
 
-TEST(BgStopStories, NoMotionBeforeAReleaseByItsIssuerOrAnAuthority) {
+TEST(BgStopSequences, NoMotionBeforeAReleaseByItsIssuerOrAnAuthority) {
   // In memory, where there is such a folder: a story synchronizes its file some ten times.
   const fs::path memory("/dev/shm");
   std::error_code error;
@@ -171,18 +171,18 @@ TEST(BgStopStories, NoMotionBeforeAReleaseByItsIssuerOrAnAuthority) {
                               ? memory / fs::path(rcs::test::fresh_folder()).filename()
                               : rcs::test::fresh_folder();
   Seen seen;
-  for (unsigned seed = 0; seed < kStories; ++seed) {
+  for (unsigned seed = 0; seed < kSequences; ++seed) {
     fs::remove_all(folder, error);
     Story story(seed, folder, &seen);
     story.run();
     if (HasFailure()) FAIL() << "seed " << seed;
   }
   fs::remove_all(folder, error);
-  EXPECT_GT(seen.stops_in_motion, kStories / 10);
-  EXPECT_GT(seen.releases, kStories / 10);
-  EXPECT_GT(seen.kills_while_stopped, kStories / 10);
+  EXPECT_GT(seen.stops_in_motion, kSequences / 10);
+  EXPECT_GT(seen.releases, kSequences / 10);
+  EXPECT_GT(seen.kills_while_stopped, kSequences / 10);
   std::printf("[  STORIES ] %d: %d stops in motion, %d releases, %d kills while stopped\n",
-              kStories, seen.stops_in_motion, seen.releases, seen.kills_while_stopped);
+              kSequences, seen.stops_in_motion, seen.releases, seen.kills_while_stopped);
 }
 
 }  // namespace
