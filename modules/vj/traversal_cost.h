@@ -63,8 +63,8 @@ struct Weights {
   double max_roll_rad = 0.40;
   double max_roughness_m = 0.2;
   double max_step_m = 0.3;
-  double reverse = 2.5;    ///< cost of a metre backwards, in metres ahead
-  double turn_back = 5.0;  ///< cost of changing direction [m]
+  double reverse = 2.5;     ///< cost of a metre backwards, in metres ahead
+  double turn_back = 10.0;  ///< cost of changing direction [m]: it stops and starts again
 };
 
 /// Whether the ground may be driven over at all.
