@@ -78,6 +78,26 @@ TEST_F(TerrainGridTest, MapsThePlaneAndTheObstacleOnIt) {
   EXPECT_EQ(false_alarms, 0);
 }
 
+// In front of a wall, scans do not determine the height of the vehicle: it has sunk by 0.45 m when
+// they show the ground again.
+TEST_F(TerrainGridTest, AVehicleThatHasSunkInFrameLocalSeesNoLedge) {
+  for (int k = 0; k < 10; ++k) scan(T_, false, 8000);
+  for (int k = 0; k < 10; ++k) {
+    points_.clear();
+    for (int n = 0; n < 8000; ++n) {
+      const double x = 5.0 + 15.0 * unit_(rng_);
+      const double y = 10.0 * unit_(rng_);  // a part of the ground only
+      const Vec3 p(x, y, ground(x) + 0.02 * normal_(rng_));
+      points_.push_back((T_.inverse() * p).cast<float>());
+    }
+    grid_.insert(points_, {T_.q, T_.p - Vec3(0.0, 0.0, 0.45)});
+  }
+  const Pose T{T_.q, T_.p - Vec3(0.0, 0.0, 0.45)};
+  EXPECT_NEAR(at(T, 8.0, 3.0).height_m, ground(8.0) - 0.45, 0.1);
+  EXPECT_NEAR(at(T, 8.0, -3.0).height_m, ground(8.0) - 0.45, 0.1) << "not seen since";
+  for (double y = -4.0; y < 4.0; y += 0.4) EXPECT_FALSE(at(T, 7.0, y).obstacle) << y;
+}
+
 TEST_F(TerrainGridTest, ASingleObservationIsNoObstacle) {
   constexpr int kDense = 60'000;  // every quarter of the box is observed up to its top
   for (int k = 0; k < 5; ++k) scan(T_, false);

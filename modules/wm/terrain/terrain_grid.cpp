@@ -30,6 +30,7 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
       index_(2 * params.size, 0.5 * params.cell_m) {
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
   seen_.reserve(kMaxSeen);
+  offsets_.reserve(kMaxSeen);
   if (params.upright_m > 0.0) {
     tall_.reserve(kMaxTall);
     upright_now_.reserve(kMaxTall);
@@ -186,6 +187,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     seen.high_m = std::max(seen.high_m, z);
     ++seen.points;
   }
+  if (const float up_m = offset(); up_m != 0.0F) shift(up_m);
   for (const Seen& seen : seen_) {
     index_.at(seen.cell) = 0;
     update(seen);
@@ -198,6 +200,46 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     clear_passed(ladar);
   }
   ++scans_;
+}
+
+// In front of a wall the scans do not determine the height of the vehicle: the vehicle in frame
+// local rises or sinks, and the ground that it then sees would be a ledge in what was seen before.
+float TerrainGrid::offset() {
+  constexpr std::size_t kEnough = 60;
+  constexpr unsigned kWell = 3;
+  constexpr float kFlat_m = 0.3F;
+  constexpr float kSame_m = 0.08F;
+  constexpr std::size_t kShare = 60;  // % of the offsets that are the same
+  offsets_.clear();
+  for (const Seen& seen : seen_) {
+    const TerrainCell& cell = cells_.at(seen.cell);
+    const bool known = seen.accurate && cell.confirmed == kWell && cell.upright == 0;
+    if (!known || seen.high_m - seen.low_m > kFlat_m || cell.high_m - cell.low_m > kFlat_m) {
+      continue;
+    }
+    offsets_.push_back(seen.low_m - cell.low_m);
+  }
+  if (offsets_.size() < kEnough) return 0.0F;
+  const auto middle = offsets_.begin() + static_cast<std::ptrdiff_t>(offsets_.size() / 2);
+  std::nth_element(offsets_.begin(), middle, offsets_.end());
+  const float median_m = *middle;
+  if (std::abs(median_m) < kSame_m) return 0.0F;
+  const auto same = std::count_if(offsets_.begin(), offsets_.end(), [median_m](float offset_m) {
+    return std::abs(offset_m - median_m) < kSame_m;
+  });
+  return 100 * static_cast<std::size_t>(same) >= kShare * offsets_.size() ? median_m : 0.0F;
+}
+
+void TerrainGrid::shift(float up_m) {
+  const Cell first = cells_.origin();
+  for (int j = first.j; j < first.j + cells_.size(); ++j) {
+    for (int i = first.i; i < first.i + cells_.size(); ++i) {
+      TerrainCell& cell = cells_.at({i, j});
+      for (float* z : {&cell.low_m, &cell.accurate_low_m, &cell.high_m, &cell.pass_low_m}) {
+        *z += up_m;  // unknown: infinite
+      }
+    }
+  }
 }
 
 // Where no ground was seen yet, the ground around decides what overhangs it.

@@ -217,6 +217,11 @@ class TerrainGrid {
     int j = 0;
   };
   void restore(Cell at, const TerrainCell& cell);
+  /// Height of the scan in seen_ above the same ground in the grid; 0: they agree, or too little of
+  /// the scan is ground that the grid knows well.
+  [[nodiscard]] float offset();
+  /// Moves all terrain up.
+  void shift(float up_m);
   void update(const Seen& seen);
   void update_low(const Seen& seen, TerrainCell* cell) const;
   [[nodiscard]] bool overhangs(const Seen& seen) const;
@@ -235,7 +240,8 @@ class TerrainGrid {
   Grid<TerrainCell> cells_;  // quarters
   Grid<int> index_;          // index of the cell in seen_, + 1; 0 outside insert()
   std::vector<Seen> seen_;
-  std::vector<Cell> tall_;  // quarters that passing rays clear, each once
+  std::vector<float> offsets_;  // of its parts, in offset()
+  std::vector<Cell> tall_;      // quarters that passing rays clear, each once
   std::vector<Cell> upright_now_;
   PassingRays rays_;           // of the last insert()
   Vec3 ladar_ = Vec3::Zero();  // frame local, where they began
