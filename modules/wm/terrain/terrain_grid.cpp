@@ -431,7 +431,7 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const auto ledge_along = [&](int i, int j, double rise_m) {
       Profile z_m;
       for (int k = -kReach; k <= kReach; ++k) {
-        const Low& other = low[k * j * stride_ + k * i];
+        const Low& other = low[k * (j * stride_ + i)];
         const bool seen = k == 0 || (other.ground && other.sure);
         const bool counts = seen && !soft({cell.i + k * i, cell.j + k * j});
         z_m[static_cast<std::size_t>(k + kReach)] = counts ? other.m : std::nanf("");
