@@ -183,7 +183,7 @@ void read(ParamTable table, vj::SpeedParams* p) {
   table.get(
       "sight_mps", &p->sight_mps, {0.1, 30},
       "Largest speed but on mapped roads. Larger: the vehicle does not stop before ditches "
-      "and drops, which are seen from a few metres only. 5 m/s is for ditches from 1 m width.");
+      "and drops, which are seen from a few metres only. 5 m/s is for ditches from 0.8 m width.");
   table.get("lateral_mps2", &p->lateral_mps2, {0.1, 10},
             "Lateral acceleration that limits the speed in turns. Larger: faster turns.");
   table.get("full_speed_sigma_m", &p->full_speed_sigma_m, {0.01, 100},

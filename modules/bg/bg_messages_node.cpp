@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/local_levels.h"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kFarthest_m = 1e6;
 constexpr int kMaxCells = 1024 * 1024;
+constexpr std::int16_t kUnknownHeight = -32768;
 
 bool is_frame(std::int8_t frame) {
   return frame == command_t::FRAME_WORLD || frame == command_t::FRAME_LOCAL ||
@@ -36,6 +38,28 @@ Duration sum(std::int64_t age_us, Duration more) {
   constexpr std::int64_t kCentury_us = 3'000'000'000'000'000;
   if (age_us < 0 || age_us > kCentury_us || more == Duration::max()) return Duration::max();
   return Duration(age_us) + more;
+}
+
+/// The rises of the planes, from the heights of the neighbours.
+void set_rises(vj::Terrain* terrain) {
+  const int width = terrain->width;
+  std::vector<vj::Ground>& ground = terrain->ground;
+  for (int j = 0; j < terrain->height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      const std::size_t k = static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(i);
+      const auto rise = [&](std::size_t step, bool before, bool after) {
+        const vj::Ground& a = ground[before ? k - step : k];
+        const vj::Ground& b = ground[after ? k + step : k];
+        const int cells = (before ? 1 : 0) + (after ? 1 : 0);
+        if (!a.known || !b.known || cells == 0) return 0.0F;
+        const float rise_m = b.height_m - a.height_m;
+        return std::isfinite(rise_m) ? rise_m / static_cast<float>(cells * terrain->cell_m) : 0.0F;
+      };
+      ground[k].rise_x = rise(1, i > 0, i + 1 < width);
+      ground[k].rise_y = rise(static_cast<std::size_t>(width), j > 0, j + 1 < terrain->height);
+    }
+  }
 }
 
 }  // namespace
@@ -160,32 +184,6 @@ std::optional<GpsPosition> read_fix(const gps_fix_t& m, Stamp arrival) {
   return fix;
 }
 
-namespace {
-
-/// The rises of the planes, from the heights of the neighbours.
-void set_rises(vj::Terrain* terrain) {
-  const int width = terrain->width;
-  std::vector<vj::Ground>& ground = terrain->ground;
-  for (int j = 0; j < terrain->height; ++j) {
-    for (int i = 0; i < width; ++i) {
-      const std::size_t k = static_cast<std::size_t>(j) * static_cast<std::size_t>(width) +
-                            static_cast<std::size_t>(i);
-      const auto rise = [&](std::size_t step, bool before, bool after) {
-        const vj::Ground& a = ground[before ? k - step : k];
-        const vj::Ground& b = ground[after ? k + step : k];
-        const int cells = (before ? 1 : 0) + (after ? 1 : 0);
-        if (!a.known || !b.known || cells == 0) return 0.0F;
-        const float rise_m = b.height_m - a.height_m;
-        return std::isfinite(rise_m) ? rise_m / static_cast<float>(cells * terrain->cell_m) : 0.0F;
-      };
-      ground[k].rise_x = rise(1, i > 0, i + 1 < width);
-      ground[k].rise_y = rise(static_cast<std::size_t>(width), j > 0, j + 1 < terrain->height);
-    }
-  }
-}
-
-}  // namespace
-
 bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   constexpr std::int32_t kFarthestCell = 100'000'000;
   const bool good = plausible_stamp(m.utime) && m.cell_m >= 0.05 && m.cell_m <= 10.0 &&
@@ -205,7 +203,9 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
     g.known = (flags & map_patch_t::FLAG_UNKNOWN) == 0;
     g.obstacle = (flags & map_patch_t::FLAG_OBSTACLE) != 0;
     g.vegetation = (flags & map_patch_t::FLAG_VEGETATION) != 0;
-    g.height_m = static_cast<float>(m.base_m) + 0.01F * m.height_cm[k];
+    g.height_m = m.height_cm[k] == kUnknownHeight
+                     ? std::numeric_limits<float>::quiet_NaN()
+                     : static_cast<float>(m.base_m) + 0.01F * m.height_cm[k];
     g.step_m = 0.01F * m.step_cm[k];
     g.slope_rad = static_cast<float>(radians(m.slope_deg[k]));
     g.roughness_m = 0.01F * m.roughness_cm[k];
@@ -228,7 +228,7 @@ void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, S
     out.p_m[0] = p.place.x_m;
     out.p_m[1] = p.place.y_m;
     const vj::Ground ground = terrain.at(terrain.cell_at(p.place.x_m, p.place.y_m));
-    out.p_m[2] = ground.known ? ground.height_m : height_m;
+    out.p_m[2] = ground.known && std::isfinite(ground.height_m) ? ground.height_m : height_m;
     out.yaw_rad = p.place.heading_rad;
     out.speed_mps = p.direction * p.speed_mps;
   }

@@ -12,7 +12,6 @@ namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kHeld = from_seconds(1.0);  // longer than the wheels need to turn
-constexpr double kTurned_1pm = 0.04;           // of the curvature commanded
 constexpr double kFreed_m = 0.5;               // distance driven after a blocked path
 constexpr Duration kUnregistered = from_seconds(5.0);
 constexpr double kLeadBack_m = 10.0;
@@ -57,7 +56,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
                    {}),
       inputs_(bus, supervised),
-      drive_out_(bus, channel::kBgDrive),
+      drive_(config, bus),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       hidden_(config.sight),
@@ -161,10 +160,11 @@ void BgNode::take_nav(const Cycle& cycle) {
     if (first || nav_.stamp != before) nav_moved_ = nav_.arrival;
     leave_trail();
     route_.note_datum(nav_);
-    if (m.latency_trace.measured_utime != drive_.latency_trace.measured_utime) {
-      drive_.latency_trace = m.latency_trace;
-      drive_.latency_trace.bg_arrival_utime = to_utime(nav_.arrival);
-      drive_.latency_trace.bg_start_utime = to_utime(cycle.now);
+    latency_trace_t& trace = drive_.latency_trace();
+    if (m.latency_trace.measured_utime != trace.measured_utime) {
+      trace = m.latency_trace;
+      trace.bg_arrival_utime = to_utime(nav_.arrival);
+      trace.bg_start_utime = to_utime(cycle.now);
     }
   }
 }
@@ -235,7 +235,7 @@ double BgNode::clearance() const { return planner_.body().clearance(obstacles_, 
 
 Pose2d BgNode::place() const {
   return {nav_.T_local_vehicle.p.x(), nav_.T_local_vehicle.p.y(), heading(nav_.T_local_vehicle),
-          curvature_1pm_};
+          drive_.curvature_1pm()};
 }
 
 WayBackWatch::Along BgNode::plan_way_back(double speed_mps, Stamp now) {
@@ -248,7 +248,7 @@ WayBackWatch::Along BgNode::plan_way_back(double speed_mps, Stamp now) {
   cut_at_obstacles(0, &candidate_);
   const WayBackWatch::Ahead ahead{
       candidate_.back().s_m, route_.ends_at(candidate_.back().place, nav_),
-      stopping_m(speed_mps) + kBeforeObstacle_m, long_enough_m(speed_mps)};
+      stopping_m(speed_mps, config_.follow) + kBeforeObstacle_m, long_enough_m(speed_mps)};
   return way_back_watch_.on(ahead, place(), now);
 }
 
@@ -427,7 +427,7 @@ Start BgNode::start(double speed_mps) const {
                                                                : 0;
   // Backwards the vehicle is slow and on known ground. If every path that begins backwards had to
   // continue so for the stopping distance, new paths would lead it back for ever.
-  const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
+  const double stop_m = direction > 0 ? stopping_m(speed_mps, config_.follow) : 0.0;
   return {place(), direction, stop_m, required_.of(clearance())};
 }
 
@@ -444,37 +444,15 @@ void BgNode::cut_at_obstacles(std::size_t at, Path* path) const {
 }
 
 void BgNode::drive(const Cycle& cycle, const Decision& decision) {
-  drive_.utime = to_utime(cycle.now);
-  drive_.valid_until_utime = to_utime(cycle.now + config_.drive_valid);
-  drive_.speed_mps = 0.0;
-  drive_.accel_limit_mps2 = config_.accel_mps2;
-  drive_.brake = decision.action == Action::kBrake ? 1 : 0;
-  drive_.emergency_stop = decision.emergency || emergency_stop_.engaged() ? 1 : 0;
   const bool knows_path = !path_.empty() && path_local_utime_ == nav_.local_utime;
-  if (decision.action != Action::kBrake && knows_path) {
-    steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);
-    drive_.curvature_1pm = steering_.curvature_1pm;
-    if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
-  }
-  if (decision.action == Action::kStop) brake_if_stopping_is_late(knows_path, cycle.now);
-  // A vehicle that turns its wheels while it drives off leaves a sharp turn by up to a metre: on a
-  // way back it turns them first.
-  const bool at_rest = std::abs(nav_.speed_mps) < config_.decide.rest_mps;
-  const bool turns_wheels = at_rest && route_.route().map_epoch() &&
-                            std::abs(drive_.curvature_1pm - curvature_1pm_) > kTurned_1pm;
-  if (turns_wheels) drive_.speed_mps = 0.0;
-  // The brake is released at rest: close to an obstacle the free way does not limit the speed, as a
-  // vehicle that is too close may move away.
-  brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
-  if (brakes_late_) {
-    drive_.speed_mps = 0.0;
-    drive_.brake = 1;
-  }
-  leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
-                                   at_rest && !turns_wheels);
-  const double turn = config_.shape.curvature_rate * seconds(config_.period);
-  curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
-  drive_out_.publish(&drive_);
+  // What the outline stands in is no obstacle on the way out of it.
+  const double required_m = leaves_obstacle_ ? -kAnywhere_m : required_.of(clearance());
+  drive_.compute(decision,
+                 {nav_, place(), planner_.body(), obstacles_, map_is_of_now(), required_m,
+                  route_.route().map_epoch().has_value()},
+                 knows_path ? &path_ : nullptr, &at_, &steering_, cycle.now, &report_);
+  leave_way_if_held(cycle.now, drive_.is_held());
+  drive_.publish(emergency_stop_.engaged(), cycle.now);
 }
 
 void BgNode::leave_way_if_held(Stamp now, bool held) {
@@ -500,61 +478,7 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
 
 // Near its end a path is slow: the vehicle must be able to stop there.
 double BgNode::long_enough_m(double speed_mps) const {
-  return std::max(config_.follow.keep_m, stopping_m(speed_mps) + kBeforeEnd_m);
-}
-
-double BgNode::stopping_m(double speed_mps) const {
-  const double v = std::abs(speed_mps);
-  return v * (config_.follow.latency_s + 0.5 * v / config_.follow.braking_mps2);
-}
-
-void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
-  if (steering.speed_mps == 0.0) return;
-  const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
-  const int direction = steering.speed_mps > 0.0 ? 1 : -1;
-  // What the outline stands in is no obstacle on the way out of it.
-  const double required_m = leaves_obstacle_ ? -kAnywhere_m : required_.of(clearance());
-  const double free_m =
-      free_way(planner_.body(), obstacles_, path_, at_, place(), nav_.speed_mps, direction,
-               config_.follow, config_.shape, required_m, stopping_m(max_mps) + 0.5);
-  const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
-  drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
-  if (direction * nav_.speed_mps > 0.0) brake_if_late(free_m, now);
-}
-
-// Who steps in front of a vehicle that is stopping anyway needs more than its gentle deceleration.
-void BgNode::brake_if_stopping_is_late(bool knows_path, Stamp now) {
-  const bool moves = std::abs(nav_.speed_mps) > config_.decide.rest_mps;
-  if (!moves || !map_is_of_now()) return;
-  const int direction = nav_.speed_mps > 0.0 ? 1 : -1;
-  const double max_m = stopping_m(nav_.speed_mps) + 0.5;
-  const Path* path = &path_;
-  std::size_t at = at_;
-  if (!knows_path || path_.size() < 2 ||
-      path_[std::max<std::size_t>(at_, 1)].direction != direction) {
-    // Along the arc of the wheels as they were commanded last.
-    constexpr double kEach_m = 0.4;
-    Pose2d p = place();
-    p.curvature_1pm = drive_.curvature_1pm;
-    candidate_.clear();
-    for (double s_m = 0.0; s_m < max_m; s_m += kEach_m) {
-      candidate_.push_back({p, direction, s_m, 0.0, 0.0, 0.0});
-      p = along_arc(p, direction * kEach_m);
-    }
-    path = &candidate_;
-    at = 0;
-  }
-  const double required_m = leaves_obstacle_ ? -kAnywhere_m : required_.of(clearance());
-  brake_if_late(free_way(planner_.body(), obstacles_, *path, at, place(), nav_.speed_mps, direction,
-                         config_.follow, config_.shape, required_m, max_m),
-                now);
-}
-
-void BgNode::brake_if_late(double free_m, Stamp now) {
-  if (brakes_late_ || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
-  brakes_late_ = true;
-  report_.publish(now, event::kBgObstacleLate, "braking from {:.1f} m/s: obstacle after {:.1f} m",
-                  std::abs(nav_.speed_mps), free_m);
+  return std::max(config_.follow.keep_m, stopping_m(speed_mps, config_.follow) + kBeforeEnd_m);
 }
 
 void BgNode::publish_plan(Stamp now) {

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <memory>
 
-#include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_inputs_node.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/drive_node.h"
 #include "modules/bg/local_route_node.h"
 #include "modules/bg/planner.h"
 #include "modules/bg/required_clearance.h"
@@ -58,14 +58,6 @@ class BgNode final : public Node {
   void lead_back(const Facts& facts);
   void cut_at_obstacles(std::size_t at, Path* path) const;
   [[nodiscard]] double long_enough_m(double speed_mps) const;
-  /// Distance to stop.
-  [[nodiscard]] double stopping_m(double speed_mps) const;
-  /// Commands a speed from which the vehicle stops before any obstacle on its predicted way, or the
-  /// brake.
-  void keep_within_free_way(const Steering& steering, Stamp now);
-  /// Of a vehicle that is to stop gently: commands the brake for an obstacle that needs it.
-  void brake_if_stopping_is_late(bool knows_path, Stamp now);
-  void brake_if_late(double free_m, Stamp now);
   void drive(const Cycle& cycle, const Decision& decision);
   /// Replaces the path of a vehicle that an obstacle keeps at rest.
   void leave_way_if_held(Stamp now, bool held);
@@ -77,7 +69,7 @@ class BgNode final : public Node {
   PeriodicClock plan_clock_;
   Subordinate subordinate_;
   BgInputs inputs_;
-  Outbox<drive_t> drive_out_;
+  DriveCommand drive_;
   Outbox<plan_t> plan_out_;
   Report report_;
 
@@ -113,13 +105,10 @@ class BgNode final : public Node {
   bool leaves_obstacle_ = false;             // path_, which leads back
   Stamp path_since_ = Stamp::min();          // when a path last existed, or the route began
   Steering steering_;
-  bool brakes_late_ = false;         // for an obstacle that was detected late
   Stamp held_since_ = Stamp::max();  // at rest although the path continues
   Pose2d held_at_;                   // where a path was dropped for that reason
-  double curvature_1pm_ = 0.0;  // of the wheels, estimated from the commands and the steering rate
   std::string_view reported_state_;
 
-  drive_t drive_{};
   plan_t plan_{};
 };
 

@@ -46,6 +46,11 @@ void limit_turning(const Shape& shape, Path* path) {
 
 }  // namespace
 
+double stopping_m(double speed_mps, const FollowParams& params) {
+  const double v_mps = std::abs(speed_mps);
+  return v_mps * (params.latency_s + 0.5 * v_mps / params.braking_mps2);
+}
+
 double speed_within(double free_m, double speed_mps, const FollowParams& params) {
   const double way_m = free_m - params.latency_s * std::abs(speed_mps);
   return std::sqrt(2.0 * params.braking_mps2 * std::max(0.0, way_m));

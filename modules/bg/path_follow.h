@@ -29,6 +29,9 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
                  double max_mps, double share, Path* path);
 
+/// Distance to stop.
+[[nodiscard]] double stopping_m(double speed_mps, const FollowParams& params);
+
 /// Largest speed from which the vehicle stops within `free_m`.
 [[nodiscard]] double speed_within(double free_m, double speed_mps, const FollowParams& params);
 

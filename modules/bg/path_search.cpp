@@ -246,12 +246,15 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
                                 const std::optional<Target>& onward) const {
   double cost = 0.0;
   bool reached = false;
+  const double begin_rad = from < path.size() ? roll(terrain, path[from].place) : 0.0;
+  const double max_roll_rad =
+      std::max(weights_.max_roll_rad + kMoreRoll_rad, begin_rad + kSameRoll_rad);
   for (std::size_t k = from + 1; k < path.size(); ++k) {
     const PathPoint& p = path[k];
     reached = reached || within(p.place, to.goal);
     const double clearance_m = body_.clearance(obstacles, p.place);
     if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
-    if (roll(terrain, p.place) > weights_.max_roll_rad + kMoreRoll_rad) return CostField::kNoWay;
+    if (roll(terrain, p.place) > max_roll_rad) return CostField::kNoWay;
     cost += (p.s_m - path[k - 1].s_m) * cost_per_m(terrain, p.place, p.direction, clearance_m);
     if (p.direction != path[k - 1].direction && k > 1) cost += weights_.turn_back;
   }

@@ -24,9 +24,9 @@ void WayBack::note(const Breadcrumb& here) {
   if (returns_) cut(here);
   returns_ = false;
   if (!crumbs_.empty() && distance_m(crumbs_.back(), here) < kEach_m) return;
-  if (crumbs_.size() == kMax) {
-    for (std::size_t k = 0; k < kMax / 2; ++k) crumbs_[k] = crumbs_[2 * k];
-    crumbs_.resize(kMax / 2);
+  if (crumbs_.size() == kMaxCrumbs) {
+    for (std::size_t k = 0; k < kMaxCrumbs / 2; ++k) crumbs_[k] = crumbs_[2 * k];
+    crumbs_.resize(kMaxCrumbs / 2);
   }
   crumbs_.push_back(here);
 }

@@ -34,9 +34,9 @@ class WayBack {
   static constexpr double kEach_m = 1.5;
   /// 30 km; then each second one is kept. BG does not join places that are more than 3.5 m apart
   /// (modules/bg/way_back.h): of ways beyond 60 km it searches a path to each.
-  static constexpr std::size_t kMax = 20'000;
+  static constexpr std::size_t kMaxCrumbs = 20'000;
 
-  WayBack() { crumbs_.reserve(kMax); }
+  WayBack() { crumbs_.reserve(kMaxCrumbs); }
 
   /// Notes the position if it is far enough from the last one. The first one after a return,
   /// completed or not, is noted behind the place of the way that is nearest to it.

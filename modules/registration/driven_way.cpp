@@ -22,9 +22,9 @@ void DrivenWay::drive_to(const Vec3f& p) {
   length_m_ += step_m;
   last_ = p;
   if (!places_.empty() && length_m_ - places_.back().way_m < kEach_m) return;
-  if (places_.size() == kMax) {
-    for (std::size_t k = 0; k < kMax / 2; ++k) places_[k] = places_[2 * k];
-    places_.resize(kMax / 2);
+  if (places_.size() == kMaxPlaces) {
+    for (std::size_t k = 0; k < kMaxPlaces / 2; ++k) places_[k] = places_[2 * k];
+    places_.resize(kMaxPlaces / 2);
   }
   places_.push_back({p, length_m_});
 }

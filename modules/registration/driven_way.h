@@ -9,7 +9,7 @@ namespace rcs::registration {
 
 class DrivenWay {
  public:
-  DrivenWay() { places_.reserve(kMax); }
+  DrivenWay() { places_.reserve(kMaxPlaces); }
 
   void clear();
   void drive_to(const Vec3f& p);
@@ -20,7 +20,7 @@ class DrivenWay {
 
  private:
   // 20 km; then each second place is kept.
-  static constexpr std::size_t kMax = 10'000;
+  static constexpr std::size_t kMaxPlaces = 10'000;
   static constexpr float kEach_m = 2.0F;
 
   struct Place {

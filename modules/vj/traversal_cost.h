@@ -14,8 +14,8 @@ struct Ground {
   bool known = false;
   bool obstacle = false;
   bool vegetation = false;  ///< stands on it and gives way
-  float height_m = 0.0F;
-  float step_m = 0.0F;  ///< of an object or a ledge above the plane of the neighbourhood
+  float height_m = 0.0F;    ///< NAN: unknown
+  float step_m = 0.0F;      ///< of an object or a ledge above the plane of the neighbourhood
   float slope_rad = 0.0F;
   float rise_x = 0.0F;  ///< of the plane along x and y [1]; 0: unknown
   float rise_y = 0.0F;

@@ -112,7 +112,7 @@ TEST(WayBack, InAnotherFrameWorldItsPlacesAreWhereTheyWere) {
 TEST(WayBack, ALongWayKeepsItsStart) {
   WayBack way;
   for (double x = 0.0; x < 100'000.0; x += 2.0) way.note(at(x, 0.0));
-  EXPECT_LE(way.crumbs().size(), WayBack::kMax);
+  EXPECT_LE(way.crumbs().size(), WayBack::kMaxCrumbs);
   EXPECT_EQ(way.crumbs().front().p_rolling.x(), 0.0);
 }
 

@@ -98,6 +98,27 @@ TEST_F(TerrainGridTest, AVehicleThatHasSunkInFrameLocalSeesNoLedge) {
   for (double y = -4.0; y < 4.0; y += 0.4) EXPECT_FALSE(at(T, 7.0, y).obstacle) << y;
 }
 
+// Ground that was seen bare from near is later seen from afar, when the rays end in its grass.
+TEST_F(TerrainGridTest, GrassDoesNotMoveTheTerrain) {
+  const auto insert = [&](double to_ground) {
+    points_.clear();
+    for (int n = 0; n < 20'000; ++n) {
+      const double x = 5.5 + 6.0 * unit_(rng_);
+      const double y = 6.0 * (unit_(rng_) - 0.5);
+      const double grass_m = unit_(rng_) < to_ground ? 0.0 : 0.1 + 0.15 * unit_(rng_);
+      const Vec3 p(x, y, ground(x) + grass_m + 0.02 * normal_(rng_));
+      points_.push_back((T_.inverse() * p).cast<float>());
+    }
+    grid_.insert(points_, T_);
+  };
+  for (int k = 0; k < 10; ++k) insert(0.3);
+  const float before_m = at(T_, 8.0, 1.0).height_m;
+  EXPECT_NEAR(before_m, ground(8.0), 0.06);
+  for (int k = 0; k < 10; ++k) insert(0.0);
+  // The heights follow slowly, each cell for itself.
+  EXPECT_LT(at(T_, 8.0, 1.0).height_m, before_m + 0.08F);
+}
+
 TEST_F(TerrainGridTest, ASingleObservationIsNoObstacle) {
   constexpr int kDense = 60'000;  // every quarter of the box is observed up to its top
   for (int k = 0; k < 5; ++k) scan(T_, false);

@@ -204,30 +204,31 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
 
 // In front of a wall the scans do not determine the height of the vehicle: the vehicle in frame
 // local rises or sinks, and the ground that it then sees would be a ledge in what was seen before.
+// Only bare ground counts: rays may end in grass above ground that was seen from nearer.
 float TerrainGrid::offset() {
   constexpr std::size_t kEnough = 60;
   constexpr unsigned kWell = 3;
-  constexpr float kFlat_m = 0.3F;
+  constexpr float kBare_m = 0.15F;
   constexpr float kSame_m = 0.08F;
-  constexpr std::size_t kShare = 60;  // % of the offsets that are the same
+  constexpr std::size_t kOthers = 5;  // one of them may be off
   offsets_.clear();
   for (const Seen& seen : seen_) {
     const TerrainCell& cell = cells_.at(seen.cell);
     const bool known = seen.accurate && cell.confirmed == kWell && cell.upright == 0;
-    if (!known || seen.high_m - seen.low_m > kFlat_m || cell.high_m - cell.low_m > kFlat_m) {
+    if (!known || seen.high_m - seen.low_m > kBare_m || cell.high_m - cell.low_m > kBare_m) {
       continue;
     }
     offsets_.push_back(seen.low_m - cell.low_m);
   }
   if (offsets_.size() < kEnough) return 0.0F;
-  const auto middle = offsets_.begin() + static_cast<std::ptrdiff_t>(offsets_.size() / 2);
-  std::nth_element(offsets_.begin(), middle, offsets_.end());
-  const float median_m = *middle;
-  if (std::abs(median_m) < kSame_m) return 0.0F;
-  const auto same = std::count_if(offsets_.begin(), offsets_.end(), [median_m](float offset_m) {
-    return std::abs(offset_m - median_m) < kSame_m;
-  });
-  return 100 * static_cast<std::size_t>(same) >= kShare * offsets_.size() ? median_m : 0.0F;
+  // What four fifths of them exceed, in the same direction.
+  const auto fifth = static_cast<std::ptrdiff_t>(offsets_.size() / kOthers);
+  const auto low = offsets_.begin() + fifth;
+  std::nth_element(offsets_.begin(), low, offsets_.end());
+  if (*low >= kSame_m) return *low;
+  const auto high = offsets_.end() - 1 - fifth;
+  std::nth_element(offsets_.begin(), high, offsets_.end());
+  return *high <= -kSame_m ? *high : 0.0F;
 }
 
 void TerrainGrid::shift(float up_m) {

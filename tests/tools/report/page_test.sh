@@ -2,13 +2,10 @@
 # page_test.sh BIN_DIR SOURCE_DIR [PICTURES]: the plots of a page of `rcs report` in a headless Chromium.
 # PICTURES: a folder that keeps the screenshots.
 set -euo pipefail
-bin=$1 source=$2
-. "$source/tests/support/needs.sh"
-needs "the plots of rcs report" chromium node
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-"$bin/rcs" sim "$source/config/sim/drill.toml" --duration 20 --gps-outage 8,6 -o "$folder/drive.log" 2>/dev/null
-"$bin/rcs" replay "$source/config/demo3.toml" "$folder/drive.log" -o "$folder/run.log" >/dev/null 2>&1
+source=$2
+. "$source/tests/support/pages.sh"
+page_test "the plots of rcs report" "$1"
+make_run "$source/config/sim/drill.toml" --duration 20 --gps-outage 8,6
 "$bin/rcs" report "$folder/run.log" -o "$folder/page.html" >/dev/null
 "$bin/rcs" log csv "$folder/run.log" --channel WM_NAV_STATE >"$folder/nav.csv"
 "$bin/rcs" log csv "$folder/run.log" --channel SIM_TRUTH >"$folder/truth.csv"

@@ -2,13 +2,10 @@
 # page_test.sh BIN_DIR SOURCE_DIR [PICTURES]: the page of `rcs view` in a headless Chromium, with a log
 # of the reference simulation. PICTURES: a folder that keeps the screenshots.
 set -euo pipefail
-bin=$1 source=$2
-. "$source/tests/support/needs.sh"
-needs "the page of rcs view" chromium node
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-"$bin/rcs" sim "$source/config/sim/demo.toml" --duration 16 -o "$folder/drive.log" 2>/dev/null
-"$bin/rcs" replay "$source/config/demo3.toml" "$folder/drive.log" -o "$folder/run.log" >/dev/null 2>&1
+source=$2
+. "$source/tests/support/pages.sh"
+page_test "the page of rcs view" "$1"
+make_run "$source/config/sim/demo.toml" --duration 16
 for channel in WM_NAV_STATE SP_POINTS; do
   "$bin/rcs" log csv "$folder/run.log" --channel $channel >"$folder/$channel.csv"
 done

@@ -2,13 +2,10 @@
 # shot_test.sh BIN_DIR SOURCE_DIR [PICTURES]: `rcs view LOG --shot` for each panel. PICTURES: a
 # folder that keeps the pictures.
 set -euo pipefail
-bin=$1 source=$2
-. "$source/tests/support/needs.sh"
-needs "the pictures of rcs view" chromium node
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
-"$bin/rcs" sim "$source/config/sim/demo.toml" --duration 16 -o "$folder/drive.log" 2>/dev/null
-"$bin/rcs" replay "$source/config/demo3.toml" "$folder/drive.log" -o "$folder/run.log" >/dev/null 2>&1
+source=$2
+. "$source/tests/support/pages.sh"
+page_test "the pictures of rcs view" "$1"
+make_run "$source/config/sim/demo.toml" --duration 16
 pictures=${3:-$folder}
 for panel in all 3d timeline status pairs; do
   "$bin/rcs" view "$folder/run.log" --shot t=12.5 --panel $panel --size 900x600 -o "$pictures/$panel.png" 2>/dev/null
