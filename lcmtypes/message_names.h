@@ -10,6 +10,7 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_point_t.hpp"
 #include "lcmtypes/rcs/route_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 
@@ -50,6 +51,14 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
 [[nodiscard]] constexpr std::string_view gps_fix_name(int type) {
   return constant_name<gps_fix_t::FIX_FIXED>(
       {"NONE", "SINGLE", "DIFFERENTIAL", "RTK_FLOAT", "RTK_FIXED"}, type);
+}
+
+/// @param limit  plan_point_t::LIMIT_*
+[[nodiscard]] constexpr std::string_view speed_limit_name(int limit) {
+  return constant_name<plan_point_t::LIMIT_END>(
+      {"task", "ground", "unseen ground", "vegetation", "obstacle beside", "turn", "steering rate",
+       "reversing", "sight", "speed zone", "uncertain pose", "end of the path"},
+      limit);
 }
 
 /// @param stop  status_t::STOP_*

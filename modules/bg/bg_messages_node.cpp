@@ -215,6 +215,13 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   return true;
 }
 
+static_assert(static_cast<int>(vj::SpeedCause::kGround) == plan_point_t::LIMIT_GROUND &&
+              static_cast<int>(vj::SpeedCause::kClearance) == plan_point_t::LIMIT_CLEARANCE &&
+              static_cast<int>(vj::SpeedCause::kTurn) == plan_point_t::LIMIT_TURN &&
+              static_cast<int>(vj::SpeedCause::kReverse) == plan_point_t::LIMIT_REVERSE &&
+              static_cast<int>(vj::SpeedCause::kSight) == plan_point_t::LIMIT_SIGHT &&
+              static_cast<int>(vj::SpeedCause::kEnd) == plan_point_t::LIMIT_END);
+
 void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, Stamp now,
                 plan_t* plan) {
   plan->n = static_cast<std::int32_t>(path.size());
@@ -231,6 +238,7 @@ void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, S
     out.p_m[2] = ground.known && std::isfinite(ground.height_m) ? ground.height_m : height_m;
     out.yaw_rad = p.place.heading_rad;
     out.speed_mps = p.direction * p.speed_mps;
+    out.limit = static_cast<std::int8_t>(p.cause);
   }
 }
 

@@ -97,7 +97,11 @@ void DriveCommand::brake_if_stopping_is_late(const Situation& now, const Path* p
     p.curvature_1pm = drive_.curvature_1pm;
     arc_.clear();
     for (double s_m = 0.0; s_m < max_m; s_m += kArcStep_m) {
-      arc_.push_back({p, direction, s_m, 0.0, 0.0, 0.0});
+      PathPoint point;
+      point.place = p;
+      point.direction = direction;
+      point.s_m = s_m;
+      arc_.push_back(point);
       p = along_arc(p, direction * kArcStep_m);
     }
     path = &arc_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "modules/vj/traversal_cost.h"
 #include "rcs/base/linear.h"
 
 namespace rcs::bg {
@@ -38,6 +39,7 @@ struct PathPoint {
   double clearance_m = 0.0;  ///< from the vehicle's body to the nearest obstacle
   double limit_mps = 0.0;    ///< allowed by the ground, the turn and nearby obstacles
   double speed_mps = 0.0;    ///< planned: also limited by braking
+  vj::SpeedCause cause = vj::SpeedCause::kTask;  ///< what limits speed_mps, here or farther on
   double zone_mps = std::numeric_limits<double>::infinity();  ///< limit of speed zones
   double road_mps = 0.0;  ///< speed of the road that the point certainly lies on; 0: none
 };

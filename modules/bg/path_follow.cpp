@@ -39,7 +39,9 @@ void limit_turning(const Shape& shape, Path* path) {
     if (change * 1e3 < shape.curvature_rate) continue;
     const double limit_mps = shape.curvature_rate * kWindow_m / change;
     for (std::size_t n = from; n <= k; ++n) {
-      (*path)[n].limit_mps = std::min((*path)[n].limit_mps, limit_mps);
+      if (limit_mps >= (*path)[n].limit_mps) continue;
+      (*path)[n].limit_mps = limit_mps;
+      (*path)[n].cause = vj::SpeedCause::kSteering;
     }
   }
 }
@@ -65,18 +67,24 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
                  double max_mps, double share, Path* path) {
   for (PathPoint& p : *path) {
-    double limit = std::min(max_mps, vj::speed_in_turn(p.place.curvature_1pm, speeds));
+    vj::SpeedLimit limit{max_mps, vj::SpeedCause::kTask};
+    limit.lower_to(vj::speed_in_turn(p.place.curvature_1pm, speeds), vj::SpeedCause::kTurn);
     for (const double ahead_m : {-0.4 * shape.length_m, 0.0, 0.4 * shape.length_m}) {
       const Cell cell = terrain.cell_at(p.place.x_m + ahead_m * std::cos(p.place.heading_rad),
                                         p.place.y_m + ahead_m * std::sin(p.place.heading_rad));
-      limit = std::min(limit, vj::speed_on(terrain.at(cell), p.clearance_m, weights, speeds));
+      const vj::SpeedLimit on = vj::speed_on(terrain.at(cell), p.clearance_m, weights, speeds);
+      limit.lower_to(on.mps, on.cause);
     }
-    if (p.direction < 0) limit = std::min(limit, speeds.near_mps);
-    const double sight_mps = std::max(speeds.sight_mps, p.road_mps);
-    p.limit_mps = std::min({share * limit, p.zone_mps, sight_mps});
+    if (p.direction < 0) limit.lower_to(speeds.near_mps, vj::SpeedCause::kReverse);
+    if (share < 1.0) limit = {share * limit.mps, vj::SpeedCause::kUncertainty};
+    limit.lower_to(p.zone_mps, vj::SpeedCause::kZone);
+    limit.lower_to(std::max(speeds.sight_mps, p.road_mps), vj::SpeedCause::kSight);
+    p.limit_mps = limit.mps;
+    p.cause = limit.cause;
   }
   limit_turning(shape, path);
   double braked = 0.0;
+  vj::SpeedCause cause = vj::SpeedCause::kEnd;  // of braked
   for (std::size_t k = path->size(); k-- > 0;) {
     PathPoint& p = (*path)[k];
     if (k + 1 < path->size()) {
@@ -84,9 +92,14 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
       const bool turns_back = k > 0 && next.direction != p.direction;
       const double way_m = next.s_m - p.s_m;
       braked = turns_back ? 0.0 : std::sqrt(braked * braked + 2.0 * params.braking_mps2 * way_m);
+      if (turns_back) cause = vj::SpeedCause::kEnd;
     }
-    braked = std::min(braked, p.limit_mps);
+    if (p.limit_mps < braked) {
+      braked = p.limit_mps;
+      cause = p.cause;
+    }
     p.speed_mps = braked;
+    p.cause = cause;
   }
 }
 

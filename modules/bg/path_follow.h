@@ -20,8 +20,8 @@ struct FollowParams {
   double max_lateral_deviation_m = 1.0;  ///< from the path; beyond it a new path is needed
 };
 
-/// Sets limit_mps and speed_mps: limits by ground, turns and obstacles (vj), and by braking to a
-/// stop at the end of the path and wherever it changes direction.
+/// Sets limit_mps, speed_mps and cause: limits by ground, turns and obstacles (vj), and by braking
+/// to a stop at the end of the path and wherever it changes direction.
 /// @param terrain  in the frame of the path
 /// @param max_mps  limit independent of the ground
 /// @param share  of the speed, (0, 1], by the uncertainty of the pose

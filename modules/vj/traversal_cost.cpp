@@ -44,12 +44,15 @@ double cost_per_m(const Ground& g, double clearance_m, const Weights& w) {
          w.roughness * rough * rough + w.step * step * step;
 }
 
-double speed_on(const Ground& g, double clearance_m, const Weights& w, const SpeedParams& p) {
-  double ground =
-      g.known ? p.smooth_mps + hardness(g, w) * (p.rough_mps - p.smooth_mps) : p.unknown_mps;
-  if (g.vegetation) ground = std::min(ground, p.vegetation_mps);
-  const double beside = p.smooth_mps + nearness(clearance_m, w) * (p.near_mps - p.smooth_mps);
-  return std::min(ground, beside);
+SpeedLimit speed_on(const Ground& g, double clearance_m, const Weights& w, const SpeedParams& p) {
+  SpeedLimit limit{p.unknown_mps, SpeedCause::kUnknown};
+  if (g.known) {
+    limit = {p.smooth_mps + hardness(g, w) * (p.rough_mps - p.smooth_mps), SpeedCause::kGround};
+  }
+  if (g.vegetation) limit.lower_to(p.vegetation_mps, SpeedCause::kVegetation);
+  limit.lower_to(p.smooth_mps + nearness(clearance_m, w) * (p.near_mps - p.smooth_mps),
+                 SpeedCause::kClearance);
+  return limit;
 }
 
 double speed_in_turn(double curvature_1pm, const SpeedParams& p) {

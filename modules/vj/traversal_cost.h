@@ -3,6 +3,7 @@
 // calls when it plans; they make no decisions.
 
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "rcs/base/grid.h"
@@ -101,9 +102,35 @@ struct SpeedParams {
   double alert_limit_vertical_m = 20.0;
 };
 
-/// Speed that this ground allows [m/s]: decreases with slope and roughness, and near obstacles.
-[[nodiscard]] double speed_on(const Ground& ground, double clearance_m, const Weights& weights,
-                              const SpeedParams& params);
+/// What limits a speed; the values are those of plan_point_t.
+enum class SpeedCause : std::int8_t {
+  kTask,
+  kGround,
+  kUnknown,
+  kVegetation,
+  kClearance,
+  kTurn,
+  kSteering,
+  kReverse,
+  kSight,
+  kZone,
+  kUncertainty,
+  kEnd
+};
+
+struct SpeedLimit {
+  double mps = 0.0;
+  SpeedCause cause = SpeedCause::kTask;
+
+  /// Becomes the smaller one.
+  void lower_to(double other_mps, SpeedCause why) {
+    if (other_mps < mps) *this = {other_mps, why};
+  }
+};
+
+/// Speed that this ground allows: decreases with slope and roughness, and near obstacles.
+[[nodiscard]] SpeedLimit speed_on(const Ground& ground, double clearance_m, const Weights& weights,
+                                  const SpeedParams& params);
 
 /// Speed that a turn allows [m/s].
 [[nodiscard]] double speed_in_turn(double curvature_1pm, const SpeedParams& params);

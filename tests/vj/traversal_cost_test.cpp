@@ -29,7 +29,7 @@ TEST(TraversalCost, BeyondAnAlertLimitTheSpeedIsZero) {
 
 TEST(TraversalCost, EasyGroundCostsItsLength) {
   EXPECT_DOUBLE_EQ(cost_per_m(level(), 100.0, {}), 1.0);
-  EXPECT_DOUBLE_EQ(speed_on(level(), 100.0, {}, {}), SpeedParams{}.smooth_mps);
+  EXPECT_DOUBLE_EQ(speed_on(level(), 100.0, {}, {}).mps, SpeedParams{}.smooth_mps);
 }
 
 // Worse ground is never cheaper or faster.
@@ -44,7 +44,7 @@ TEST(TraversalCost, WorseGroundCostsMoreAndIsDrivenMoreSlowly) {
     g.roughness_m = static_cast<float>(0.1 * k * w.max_roughness_m);
     g.step_m = static_cast<float>(0.1 * k * w.max_step_m);
     const double cost = cost_per_m(g, 10.0 - k, w);
-    const double speed = speed_on(g, 10.0 - k, w, p);
+    const double speed = speed_on(g, 10.0 - k, w, p).mps;
     EXPECT_GE(cost, last_cost);
     EXPECT_LE(speed, last_speed);
     EXPECT_GT(speed, 0.0);
