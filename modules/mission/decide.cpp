@@ -9,6 +9,11 @@ Decision decide(const Facts& f, const DecideParams& p) {
                       std::string_view reason) {
     return Decision{action, status, state, reason, line};
   };
+  const auto moving = [&](int line, Action action, std::string_view state,
+                          std::string_view reason) {
+    return f.bg_waits.empty() ? row(line, action, Status::kExecuting, state, reason)
+                              : row(line, action, Status::kExecuting, "BG_WAITING", f.bg_waits);
+  };
 
   // -- no task ------------------------------------------------------------------------------------
   if (f.task == TaskKind::kNone) {
@@ -72,9 +77,9 @@ Decision decide(const Facts& f, const DecideParams& p) {
                "back at the start of the way; the task is not completed");
   }
   if ((f.returning || operator_returns) && may_return) {
-    return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING",
-               operator_returns ? "returning because the task was not renewed"
-                                : "returning because the task cannot be continued");
+    return moving(__LINE__, Action::kReturn, "RETURNING",
+                  operator_returns ? "returning because the task was not renewed"
+                                   : "returning because the task cannot be continued");
   }
   if (operator_returns || f.returning) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "CANNOT_RETURN",
@@ -89,15 +94,15 @@ Decision decide(const Facts& f, const DecideParams& p) {
       return row(__LINE__, Action::kHalt, Status::kExecuting, "CANNOT_RETURN",
                  "waiting because the position on the way back is not known");
     }
-    return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING", "");
+    return moving(__LINE__, Action::kReturn, "RETURNING", "");
   }
   if (!f.world_known) {
-    return row(__LINE__, Action::kInitialize, Status::kExecuting, "INITIALIZING_HEADING",
-               "driving slowly ahead to initialize the heading of the world model");
+    return moving(__LINE__, Action::kInitialize, "INITIALIZING_HEADING",
+                  "driving slowly ahead to initialize the heading of the world model");
   }
   if (f.above_limit > p.patience && may_return) {
-    return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING",
-               "returning because the protection level is above the alert limit of the task");
+    return moving(__LINE__, Action::kReturn, "RETURNING",
+                  "returning because the protection level is above the alert limit of the task");
   }
   if (f.world_level > 1.0) {
     return row(__LINE__, Action::kHalt, Status::kExecuting, "ABOVE_ALERT_LIMIT",
@@ -106,8 +111,8 @@ Decision decide(const Facts& f, const DecideParams& p) {
 
   // -- the route ----------------------------------------------------------------------------------
   if (f.route == RouteState::kImpossible && !f.gps && may_return) {
-    return row(__LINE__, Action::kReturn, Status::kExecuting, "RETURNING",
-               "returning because without GPS no route keeps the alert limit of the task");
+    return moving(__LINE__, Action::kReturn, "RETURNING",
+                  "returning because without GPS no route keeps the alert limit of the task");
   }
   if (f.route == RouteState::kImpossible) {
     return row(__LINE__, Action::kHalt, Status::kError, "NO_ROUTE",
@@ -126,8 +131,7 @@ Decision decide(const Facts& f, const DecideParams& p) {
     return row(__LINE__, Action::kSearch, Status::kExecuting, "PLANNING",
                "routes are searched and simulated");
   }
-  return row(__LINE__, Action::kDrive, Status::kExecuting, f.gps ? "DRIVING" : "DRIVING_NO_GPS",
-             "");
+  return moving(__LINE__, Action::kDrive, f.gps ? "DRIVING" : "DRIVING_NO_GPS", "");
 }
 
 }  // namespace rcs::mission

@@ -48,8 +48,11 @@ struct Facts {
   bool returning = false;   ///< instead of the task, since an earlier cycle
   RouteState route = RouteState::kNone;
   BgError bg_error = BgError::kNone;
-  std::string_view bg_reason;    ///< of the error
-  Duration bg_error_for{};       ///< for how long BG has reported it
+  std::string_view bg_reason;  ///< of the error
+  Duration bg_error_for{};     ///< for how long BG has reported it
+  /// Why BG, which executes the route, keeps the vehicle at rest until it ends by itself, for
+  /// example without the LADAR; empty: it does not.
+  std::string_view bg_waits;
   bool bg_on_task_route = true;  ///< not on the way back, and not to initialize the heading
   int blocked = 0;               ///< routes of this task without a path
   /// BG has rejected a route of this task before, or executed this one: it has ended its task.

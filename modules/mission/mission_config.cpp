@@ -60,6 +60,9 @@ Result<MissionConfig> load_mission_config(const ParamFile& file) {
   table.get("way_back_mps", &c.way_back_mps, {0.1, 30}, "Largest speed on the way back.");
   table.get_ms("gps_loss_ms", &c.gps_loss, {500, 600'000},
                "Time without an accepted fix after which routes are chosen as without GPS.");
+  table.get_ms("predict_again_ms", &c.predict_again, {2000, 600'000},
+               "Interval at which the uncertainty along the rest of a route is predicted again; if "
+               "it no longer keeps the alert limit, another route is searched.");
   table.get_ms("patience_ms", &c.decide.patience, {0, 600'000},
                "Time above the alert limit after which the vehicle returns on its own map.");
   table.get("max_blocked", &c.decide.max_blocked, {0, 100},

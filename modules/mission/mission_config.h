@@ -33,6 +33,8 @@ struct MissionConfig {
   double way_back_m = 1.5;                ///< radius of the places of the way back
   double way_back_mps = 4.0;              ///< on the way back
   Duration gps_loss = from_seconds(5.0);  ///< GPS counts as lost
+  /// Interval of the predictions of WM for the rest of a route that is driven.
+  Duration predict_again = from_seconds(20.0);
 };
 
 [[nodiscard]] Result<MissionConfig> load_mission_config(const ParamFile& file);

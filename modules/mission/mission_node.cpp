@@ -59,6 +59,11 @@ BgError error_of(const status_t& bg) {
                                   : BgError::kNone;
 }
 
+/// BG's table words its reasons so if what it waits for ends by itself.
+bool waits(const status_t& bg) {
+  return bg.status == status_t::STATUS_EXEC && bg.reason.rfind("waiting because", 0) == 0;
+}
+
 std::int8_t message_status(Status status) {
   switch (status) {
     case Status::kExecuting:
@@ -160,6 +165,7 @@ double MissionNode::alert_limit_m() const {
 }
 
 void MissionNode::note_bg(Stamp now) {
+  bg_waits_.clear();
   const status_t* const bg = port_.status();
   if (bg == nullptr || !port_.confirmed() || bg->issuer != kIssuer) return;
   bg_route_.note(bg->waypoints_done);
@@ -168,6 +174,7 @@ void MissionNode::note_bg(Stamp now) {
     place_ends_.erase(place_ends_.begin());
   }
   note_bg_error(*bg, now);
+  if (waits(*bg)) bg_waits_ = bg->reason;
 }
 
 // While BG halts, the error for which it was commanded to halt remains.
@@ -199,6 +206,7 @@ Facts MissionNode::facts(Stamp now) {
   f.bg_error = bg_error_;
   f.bg_reason = bg_reason_;
   f.bg_error_for = bg_error_for_;
+  f.bg_waits = bg_waits_;
   f.bg_on_task_route = leads_ == Leads::kTask;
   f.emergency_stop = stopped();
   f.pose_valid = belief.pose_valid;
@@ -244,7 +252,9 @@ void MissionNode::act(const Decision& decision, Stamp now) {
       plan(now);
       return send(command_t::KIND_HALT, now);
     case Action::kDrive:
-      if (!planner_.searching() && chosen_with_gps_ && !gps()) begin_route();
+      if (!planner_.searching() && ((chosen_with_gps_ && !gps()) || !rest_keeps_limit(now))) {
+        begin_route();
+      }
       if (planner_.searching()) plan(now);
       return send(command_t::KIND_GOTO, now);
     case Action::kReturn: {
@@ -265,6 +275,14 @@ RoutePlanner::Query MissionNode::route_query() const {
       std::isfinite(belief.level_m - of_sigma_m) ? std::max(0.0, belief.level_m - of_sigma_m) : 0.0;
   return {task_,          places_done_, belief.T_world_vehicle.p,
           belief.level_m, undetected_m, alert_limit_m()};
+}
+
+bool MissionNode::rest_keeps_limit(Stamp now) {
+  std::vector<Vec3> rest;
+  for (std::size_t k = bg_route_.done(); k < bg_route_.places().size(); ++k) {
+    rest.push_back(bg_route_.places()[k].p);
+  }
+  return planner_.keeps_limit(route_query(), rest, now);
 }
 
 void MissionNode::begin_route() {

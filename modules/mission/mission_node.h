@@ -41,6 +41,9 @@ class MissionNode final : public Node {
   /// Progress and error of BG along the route that it was sent.
   void note_bg(Stamp now);
   void note_bg_error(const status_t& bg, Stamp now);
+  /// WM predicts that the rest of the route keeps the alert limit, as it predicted when the route
+  /// was chosen.
+  [[nodiscard]] bool rest_keeps_limit(Stamp now);
   [[nodiscard]] Facts facts(Stamp now);
   void act(const Decision& decision, Stamp now);
   void begin_route();
@@ -90,6 +93,7 @@ class MissionNode final : public Node {
   bool executed_ = false;      // BG has not rejected bg_route_
   BgError bg_error_ = BgError::kNone;
   std::string bg_reason_;
+  std::string bg_waits_;  // why it does
   Stamp bg_error_since_{};
   Duration bg_error_for_{};
   std::string_view reported_state_;

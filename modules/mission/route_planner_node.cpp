@@ -149,10 +149,22 @@ void RoutePlanner::begin(const Query& query) {
   begin_search();
 }
 
+void RoutePlanner::stop() {
+  state_ = State::kIdle;
+  chosen_ = nullptr;
+  stop_asking();
+}
+
+void RoutePlanner::stop_asking() {
+  asked_ = 0;
+  about_rest_ = false;
+  rest_sigma_m_.reset();
+}
+
 void RoutePlanner::begin_search() {
   state_ = State::kSearching;
   chosen_ = nullptr;
-  asked_ = 0;
+  stop_asking();
   map().set_zones(zones_, clearance_m_, config_.speed_mps);
   if (prescribed_) {
     choice_.prescribe(map(), places_, config_.speed_mps);
@@ -185,6 +197,7 @@ RoutePlanner::State RoutePlanner::step(const Query& query, bool gps, Stamp now, 
   chosen_ = choice_.choose(limits, gps);
   publish(query, gps, now);
   state_ = State::kIdle;
+  predicted_at_ = now;
   if (chosen_ == nullptr) return State::kImpossible;
   *route = route_of(*chosen_, query);
   return State::kChosen;
@@ -224,7 +237,42 @@ TaskRoute RoutePlanner::route_of(const Candidate& candidate, const Query& query)
   return route;
 }
 
+bool RoutePlanner::keeps_limit(const Query& query, const std::vector<Vec3>& rest, Stamp now) {
+  if (chosen_ == nullptr || !chosen_->value.keeps_limit || rest.empty()) return true;
+  if (rest_sigma_m_) {
+    vj::RouteForecast forecast = chosen_->forecast;
+    forecast.sigma_m = *rest_sigma_m_;
+    rest_sigma_m_.reset();
+    predicted_at_ = now;
+    vj::RouteLimits limits = config_.limits;
+    limits.alert_limit_m = query.alert_limit_m;
+    limits.undetected_m = query.undetected_m;
+    return value_of(forecast, limits).keeps_limit;
+  }
+  const bool unanswered = asked_ != 0 && now - asked_since_ > kNoAnswer;
+  if (unanswered) {
+    stop_asking();
+    predicted_at_ = now;
+  }
+  const bool due =
+      asked_ == 0 ? now - predicted_at_ >= config_.predict_again : now - asked_at_ >= kAskAgain;
+  if (!due) return true;
+  std::vector<Vec2> places;
+  for (const Vec3& p : rest) places.emplace_back(p.head<2>());
+  about_rest_ = true;
+  ask(places, now);
+  return true;
+}
+
 void RoutePlanner::ask(const Candidate& candidate, Stamp now) {
+  std::vector<Vec2> places;
+  for (std::size_t k = 1; k < candidate.line.size(); ++k) {
+    places.push_back(to_world(candidate.line[k]));
+  }
+  ask(places, now);
+}
+
+void RoutePlanner::ask(const std::vector<Vec2>& places, Stamp now) {
   path_query_t query{};
   query.utime = to_utime(now);
   query.issuer = kIssuer;
@@ -234,12 +282,11 @@ void RoutePlanner::ask(const Candidate& candidate, Stamp now) {
   }
   query.serial = asked_;
   asked_at_ = now;
-  const std::size_t each = candidate.line.size() / kMaxAsked + 1;
-  for (std::size_t k = 1; k < candidate.line.size(); ++k) {
-    if (k % each != 0 && k + 1 != candidate.line.size()) continue;
-    const Vec2 p = to_world(candidate.line[k]);
-    query.x_m.push_back(p.x());
-    query.y_m.push_back(p.y());
+  const std::size_t each = places.size() / kMaxAsked + 1;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (k % each != 0 && k + 1 != places.size()) continue;
+    query.x_m.push_back(places[k].x());
+    query.y_m.push_back(places[k].y());
   }
   query.n = static_cast<std::int32_t>(query.x_m.size());
   queries_.publish(&query);
@@ -255,8 +302,11 @@ void RoutePlanner::take_predictions() {
       for (const float s : m.sigma_with_map_m) sigma_m = std::max<double>(sigma_m, s);
       sigma_m = std::hypot(sigma_m, m.map_bias_sigma_m);
     }
-    choice_.predict(std::isfinite(sigma_m) ? sigma_m : kNoBound);
+    const bool predicted = std::isfinite(sigma_m);
     asked_ = 0;
+    if (!about_rest_) choice_.predict(predicted ? sigma_m : kNoBound);
+    if (about_rest_ && predicted) rest_sigma_m_ = sigma_m;
+    about_rest_ = false;
   }
 }
 

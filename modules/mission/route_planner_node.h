@@ -64,7 +64,7 @@ class RoutePlanner {
   /// Another task: the ground that was blocked for the last one may be free.
   void begin_task();
   void begin(const Query& query);
-  void stop() { state_ = State::kIdle; }
+  void stop();
   [[nodiscard]] bool searching() const { return state_ == State::kSearching; }
 
   /// Takes the answers of WM.
@@ -73,6 +73,12 @@ class RoutePlanner {
   /// @param gps  received
   /// @param route  set with kChosen
   State step(const Query& query, bool gps, Stamp now, TaskRoute* route);
+
+  /// Asks WM at intervals about the rest of the chosen route while it is driven.
+  /// @param rest  its places, frame world
+  /// @return false: the route kept the alert limit when it was chosen, but its rest does not by the
+  /// newest prediction
+  [[nodiscard]] bool keeps_limit(const Query& query, const std::vector<Vec3>& rest, Stamp now);
 
   /// BG found no path there: routes of this task avoid it.
   void block(const Vec3& p_world, double radius_m);
@@ -87,7 +93,11 @@ class RoutePlanner {
   /// The map of the search: the a priori map, or open ground around the task.
   [[nodiscard]] RouteMap& map() { return ground_ ? ground_->map : open_ground_; }
   void begin_search();
+  /// @param places  of a path, frame world
+  void ask(const std::vector<Vec2>& places, Stamp now);
   void ask(const Candidate& candidate, Stamp now);
+  /// No more about the rest of the route.
+  void stop_asking();
   void publish(const Query& query, bool gps, Stamp now);
   /// The rest of a route for a vehicle that has driven on since the search began.
   [[nodiscard]] TaskRoute route_of(const Candidate& candidate, const Query& query) const;
@@ -112,7 +122,10 @@ class RoutePlanner {
   double min_clearance_m_ = 0.0;  // if there is no route with the usual one
   Stamp asked_at_ = Stamp::min();
   Stamp asked_since_ = Stamp::min();
-  std::int64_t asked_ = 0;  // serial of the query; 0: none
+  std::int64_t asked_ = 0;   // serial of the query; 0: none
+  bool about_rest_ = false;  // the query is about the rest of a route
+  Stamp predicted_at_{};     // of the route, or of its rest
+  std::optional<double> rest_sigma_m_;
   routes_t routes_{};
 };
 

@@ -62,8 +62,12 @@ void PathUncertaintyServer::begin(const path_query_t& query, const FilterState* 
   answer_.issuer = query.issuer;
   answer_.serial = query.serial;
   answer_.utime = query.utime;
-  answer_.has_map = prior_.there() ? 1 : 0;
-  answer_.map_bias_sigma_m = prior_.there() ? prior_.map().level(0).bias_sigma_m : 0.0;
+  // Along the path nothing will be matched to a map that is excluded.
+  const bool excluded = state != nullptr && (state->bookkeeping.excluded.prior_map ||
+                                             state->bookkeeping.excluded.ladar);
+  uses_map_ = prior_.there() && !excluded;
+  answer_.has_map = uses_map_ ? 1 : 0;
+  answer_.map_bias_sigma_m = uses_map_ ? prior_.map().level(0).bias_sigma_m : 0.0;
   answer_.n = 0;
   for (auto* figures : {&answer_.travelled_m, &answer_.x_m, &answer_.y_m,
                         &answer_.sigma_dead_reckoning_m, &answer_.sigma_with_map_m}) {
@@ -104,7 +108,7 @@ bool PathUncertaintyServer::read_path(const path_query_t& query, const Vec2& sta
 
 void PathUncertaintyServer::walk(Stamp now, Report* report) {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  if (prior_.T_map_world()) {
+  if (uses_map_ && prior_.T_map_world()) {
     // Both planes are level, each at its own datum: they differ in the direction of north.
     const Pose& T_map_world = *prior_.T_map_world();
     const Vec2 place = (T_map_world * Vec3(walk_.place().x(), walk_.place().y(), 0.0)).head<2>();

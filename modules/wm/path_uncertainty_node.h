@@ -49,6 +49,7 @@ class PathUncertaintyServer {
   path_uncertainty_t answer_{};
   bool asked_ = false;  // answer_ holds the answer to a query
   bool walking_ = false;
+  bool uses_map_ = false;
 };
 
 }  // namespace rcs::wm

@@ -90,6 +90,21 @@ TEST(MissionDecide, EveryErrorOfBgHasARow) {
   EXPECT_EQ(decide(f, {}).reason, "a reason of BG");
 }
 
+TEST(MissionDecide, WhileBgKeepsTheVehicleAtRestItsReasonIsReportedAndTheCommandStays) {
+  Facts f = all_is_well();
+  f.bg_waits = "waiting because the INS is lost";
+  EXPECT_EQ(decide(f, {}).action, Action::kDrive);
+  EXPECT_EQ(decide(f, {}).state, "BG_WAITING");
+  EXPECT_EQ(decide(f, {}).reason, f.bg_waits);
+  f.returning = true;
+  EXPECT_EQ(decide(f, {}).action, Action::kReturn);
+  EXPECT_EQ(decide(f, {}).state, "BG_WAITING");
+  f.world_level = 1.5;
+  f.returning = false;
+  EXPECT_EQ(decide(f, {}).state, "ABOVE_ALERT_LIMIT")
+      << "the mission's own contingencies are first";
+}
+
 TEST(MissionDecide, AnEmergencyStopEndsTheTask) {
   Facts f = all_is_well();
   f.emergency_stop = true;

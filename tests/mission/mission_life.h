@@ -93,6 +93,8 @@ class Life {
     bg_state_ = state;
     bg_reason_ = reason;
   }
+  /// BG keeps the vehicle at rest; empty: it drives.
+  void bg_waits(const std::string& reason) { bg_waiting_ = reason; }
   [[nodiscard]] bool drives() const { return bg && bg->kind == command_t::KIND_GOTO; }
   [[nodiscard]] Vec2 bg_place(std::size_t k) const {
     return from_message(bg->waypoint.at(k).p_m).head<2>();
@@ -111,6 +113,8 @@ class Life {
   std::optional<command_t> bg;  // the newest command
   status_t status{};
   std::vector<routes_t> routes;
+  float predicted_sigma_m = 0.1F;  // by WM, along any path
+  int predictions = 0;
 
  private:
   void deliver() {
@@ -150,7 +154,7 @@ class Life {
       const bool error = drives() && !bg_state_.empty();
       m.status = error ? status_t::STATUS_ERROR : status_t::STATUS_EXEC;
       m.state = error ? bg_state_ : drives() ? "DRIVING" : "HALT";
-      m.reason = error ? bg_reason_ : "";
+      m.reason = error ? bg_reason_ : drives() ? bg_waiting_ : "";
       m.waypoints_done = drives() ? bg_done : 0;
     }
     bg_statuses_.publish(&m);
@@ -163,7 +167,8 @@ class Life {
     m.state = path_uncertainty_t::STATE_ANSWERED;
     m.n = 1;
     m.travelled_m = m.x_m = m.y_m = {0.0F};
-    m.sigma_dead_reckoning_m = m.sigma_with_map_m = {0.1F};
+    m.sigma_dead_reckoning_m = m.sigma_with_map_m = {predicted_sigma_m};
+    ++predictions;
     predictions_.publish(&m);
   }
 
@@ -174,6 +179,7 @@ class Life {
   double from_y_m_ = 0.0;
   std::string bg_state_;
   std::string bg_reason_;
+  std::string bg_waiting_;
   LocalBus bus_;
   Outbox<command_t> tasks_{&bus_, channel::kMissionCommand};
   Outbox<nav_state_t> nav_states_{&bus_, channel::kWmNavState};

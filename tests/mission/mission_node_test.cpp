@@ -176,6 +176,50 @@ TEST(MissionNode, AVehicleHeldByAZoneIsAnErrorWithTheReasonOfBg) {
   EXPECT_EQ(life.status.status, +status_t::STATUS_ERROR);
 }
 
+TEST(MissionNode, AVehicleThatBgKeepsAtRestIsNoDrivingOne) {
+  Life life;
+  life.give(kVisit, {{300.0, 0.0}});
+  ASSERT_TRUE(life.until("DRIVING"));
+  life.bg_waits("waiting because no LADAR scan was registered recently");
+  life.cycles(2);
+  EXPECT_EQ(life.status.state, "BG_WAITING");
+  EXPECT_EQ(life.status.reason, "waiting because no LADAR scan was registered recently");
+  EXPECT_TRUE(life.drives()) << "BG drives on by itself";
+  life.bg_waits("");
+  life.cycles(2);
+  EXPECT_EQ(life.status.state, "DRIVING");
+}
+
+// For example because the a priori map was excluded meanwhile.
+TEST(MissionNode, ARouteWhoseRestDoesNotKeepTheLimitAnyMoreIsGivenUp) {
+  Life life;
+  life.alert_limit_m = 5.0;
+  life.gps = false;
+  drive_out(&life, 60.0);
+  life.give(kVisit, {{300.0, 0.0}});
+  ASSERT_TRUE(life.until("DRIVING_NO_GPS"));
+  const std::size_t choices = life.routes.size();
+  const int predictions = life.predictions;
+  life.cycles(70);
+  EXPECT_EQ(life.routes.size(), choices);
+  EXPECT_GE(life.predictions - predictions, 3);
+  EXPECT_LE(life.predictions - predictions, 4);
+  life.predicted_sigma_m = 2.0F;
+  ASSERT_TRUE(life.until("RETURNING", 40));
+  EXPECT_EQ(life.routes.size(), choices + 1) << "other routes were searched";
+}
+
+TEST(MissionNode, WithGpsARouteThatDoesNotKeepTheLimitIsChosenOnce) {
+  Life life;
+  life.alert_limit_m = 5.0;
+  life.predicted_sigma_m = 2.0F;
+  life.give(kVisit, {{300.0, 0.0}});
+  ASSERT_TRUE(life.until("DRIVING"));
+  life.cycles(70);
+  EXPECT_EQ(life.status.state, "DRIVING");
+  EXPECT_EQ(life.routes.size(), 1U);
+}
+
 TEST(MissionNode, InAnotherFrameWorldTheRouteToTheSamePlaceIsSearchedAgain) {
   Life life;
   life.give(kVisit, {{100.0, 0.0}});

@@ -141,6 +141,29 @@ TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPositions) {
   EXPECT_NEAR(m.travelled_m.back(), 1e5, 110.0);
 }
 
+TEST_F(PathUncertaintyServerTest, WithAnExcludedMapOrLadarBothPredictionsUseMotionOnly) {
+  state_.bookkeeping.excluded.prior_map = true;
+  PathUncertaintyServer server({}, in_memory(), &bus_);
+  ask(1, {{500.0, -20.0}});
+  answer(&server);
+  EXPECT_EQ(answers_.front()->has_map, 0);
+  EXPECT_EQ(answers_.front()->map_bias_sigma_m, 0.0);
+  EXPECT_EQ(answers_.front()->sigma_with_map_m, answers_.front()->sigma_dead_reckoning_m);
+  answers_.pop();
+  state_.bookkeeping.excluded = {};
+  state_.bookkeeping.excluded.ladar = true;
+  ask(2, {{500.0, -20.0}});
+  answer(&server);
+  EXPECT_EQ(answers_.front()->has_map, 0);
+  answers_.pop();
+  state_.bookkeeping.excluded = {};
+  ask(3, {{500.0, -20.0}});
+  answer(&server);
+  EXPECT_EQ(answers_.front()->has_map, 1) << "readmitted";
+  EXPECT_LT(answers_.front()->sigma_with_map_m.back(),
+            answers_.front()->sigma_dead_reckoning_m.back());
+}
+
 TEST_F(PathUncertaintyServerTest, WithoutAMapBothPredictionsUseMotionOnly) {
   PathUncertaintyServer server({}, PriorTerrain(), &bus_);
   ask(1, {{500.0, 0.0}});

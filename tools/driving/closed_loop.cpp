@@ -30,6 +30,7 @@
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "tools/driving/config_table.h"
+#include "tools/driving/speed_notes.h"
 #include "tools/mapping/map_writer.h"
 
 namespace rcs::driving {
@@ -434,6 +435,9 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   const AlertNotes alerts(&bus, options.frame, bg->speeds, scenario.course.speed_mps,
                           bg->follow.braking_mps2);
 
+  const SpeedNotes speeds(&bus);
+  const PredictionNotes predictions(&bus);
+
   WithLosses sensors(&simulator, options.losses);
   UntilDone source(&sensors, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
@@ -449,6 +453,8 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.contacts = simulator.contacts();
   if (actors) run.actors = actors->outcome();
   run.alerts = alerts.outcome();
+  run.speed_limited_s = speeds.limited_s();
+  run.predictions = predictions.outcome();
   run.losses = options.losses;
   if (!options.zones.empty()) judge_zones(options.zones, scenario, bg->shape, &run);
   return run;

@@ -20,6 +20,7 @@
 #include "sim/simulator.h"
 #include "tools/driving/actor_notes.h"
 #include "tools/driving/alert_notes.h"
+#include "tools/driving/prediction_notes.h"
 #include "tools/driving/source_losses.h"
 #include "tools/driving/zone_course.h"
 
@@ -114,7 +115,9 @@ struct ClosedLoopRun {
   double outside_level_s = 0.0;                    ///< of these, with the error above the level
   std::map<std::string, double> states_s;          ///< of the driver, and how long it was in each
   std::map<std::string, double> mission_states_s;  ///< likewise, of the mission node
+  std::map<std::string, double> speed_limited_s;   ///< by what, see SpeedNotes
   WayBackOutcome way_back;
+  PredictionOutcome predictions;
   sim::DriveAccount drive;
   bool fenced = false;
 

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "tools/evaluation/route_json.h"
 
@@ -19,6 +22,7 @@ struct Sums {
   int reached = 0;
   double distance_m = 0.0;
   double time_s = 0.0;
+  std::map<std::string, double> speed_limited_s;
   int actors_met = 0;
   int actor_contacts = 0;
   int ran_into_vehicle = 0;
@@ -36,6 +40,7 @@ Sums sums_of(const std::vector<DriveRow>& rows) {
     out.reached += run.reached;
     out.distance_m += run.distance_m;
     out.time_s += run.time_s;
+    for (const auto& [limit, time_s] : run.speed_limited_s) out.speed_limited_s[limit] += time_s;
     out.actors_met += run.actors.met();
     out.actor_contacts += run.actors.contacts_of_vehicle();
     out.ran_into_vehicle += run.actors.ran_into_vehicle();
@@ -65,6 +70,23 @@ std::string held_up(const ClosedLoopRun& run) {
   std::string text;
   for (std::size_t k = 0; k < std::min<std::size_t>(2, by_time.size()); ++k) {
     text += fmt::format("{}{} {:.0f} s", k == 0 ? "" : ", ", by_time[k].second, by_time[k].first);
+  }
+  return text;
+}
+
+/// Shares of the time, largest first.
+std::string shares(const std::map<std::string, double>& times_s) {
+  std::vector<std::pair<double, std::string>> by_time;
+  double sum_s = 0.0;
+  for (const auto& [name, time_s] : times_s) {
+    by_time.emplace_back(time_s, name);
+    sum_s += time_s;
+  }
+  std::sort(by_time.rbegin(), by_time.rend());
+  std::string text;
+  for (const auto& [time_s, name] : by_time) {
+    if (time_s < 0.01 * sum_s) break;
+    text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", name, 100.0 * time_s / sum_s);
   }
   return text;
 }
@@ -148,6 +170,27 @@ bool has_way_back(const std::vector<DriveRow>& rows) {
                      [](const DriveRow& row) { return row.run.way_back.length_m > 0.0; });
 }
 
+bool has_predictions(const std::vector<DriveRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const DriveRow& row) { return !row.run.predictions.ratios.empty(); });
+}
+
+double median(const std::vector<double>& sorted) {
+  return sorted.empty() ? 0.0 : sorted[sorted.size() / 2];
+}
+
+Json to_json(const PredictionOutcome& p) {
+  Json out = {{"samples", p.ratios.size()},
+              {"stated_max_m", p.stated_max_m},
+              {"predicted_max_m", p.predicted_max_m}};
+  if (p.ratios.empty()) return out;
+  out["ratio_min"] = p.ratios.front();
+  out["ratio_median"] = median(p.ratios);
+  out["ratio_max"] = p.ratios.back();
+  out["within_factor_2"] = share_predicted(p.ratios);
+  return out;
+}
+
 bool has_zones(const std::vector<DriveRow>& rows) {
   return std::any_of(rows.begin(), rows.end(),
                      [](const DriveRow& row) { return row.run.zones.judged; });
@@ -167,6 +210,11 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
   const bool back = has_way_back(rows);
   if (back) {
     const std::vector<std::string> more = {"back [m]", "lateral [m]", "max [m]", "end [m]"};
+    t.header.insert(t.header.end() - 1, more.begin(), more.end());
+  }
+  const bool predicted = has_predictions(rows);
+  if (predicted) {
+    const std::vector<std::string> more = {"ratio", "within x2"};
     t.header.insert(t.header.end() - 1, more.begin(), more.end());
   }
   const bool zones = has_zones(rows);
@@ -199,6 +247,10 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
       add({report::fixed(w.length_m, 0), report::fixed(w.lateral_rms_m, 2),
            report::fixed(w.lateral_max_m, 2), report::fixed(w.end_m, 2)});
     }
+    if (predicted) {
+      add({report::fixed(median(run.predictions.ratios), 2),
+           report::fixed(share_predicted(run.predictions.ratios), 3)});
+    }
     if (zones) {
       add({std::to_string(run.zones.entries), report::fixed(run.zones.min_clearance_m, 1)});
     }
@@ -228,6 +280,12 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
         "back from the true way out, once the vehicle has turned round and is on it. end: distance "
         "of its end from the start.";
   }
+  if (predicted) {
+    t.note +=
+        " ratio: standard deviation of the position that WM states on a route chosen without GPS, "
+        "over the one that was predicted for it, median; within x2: share of the time with a ratio "
+        "from 0.5 to 2.";
+  }
   if (zones) {
     t.note +=
         " entered: times that the true outline was in forbidden ground. zone: its smallest "
@@ -249,6 +307,7 @@ std::string drive_summary(const std::vector<DriveRow>& rows) {
   std::string text = fmt::format(
       "arrived {} of {}, waypoints {} of {}, contacts {}, {:.1f} km, mean {:.1f} m/s\n", s.arrived,
       rows.size(), s.reached, s.waypoints, s.contacts, 1e-3 * s.distance_m, s.mean_mps());
+  text += fmt::format("speed limited by: {}\n", shares(s.speed_limited_s));
   if (has_actors(rows)) {
     text += fmt::format(
         "moving actors: {} met, contacts with them {}, ran into the vehicle at rest {}; ground "
@@ -334,10 +393,12 @@ Json to_json(const std::vector<DriveRow>& rows) {
                                {"lateral_rms_m", run.way_back.lateral_rms_m},
                                {"lateral_max_m", run.way_back.lateral_max_m},
                                {"end_m", run.way_back.end_m}}},
+                             {"predictions", to_json(run.predictions)},
                              {"zones", to_json(run.zones)},
                              {"routes", to_json(run.routes)},
                              {"states_s", states},
-                             {"mission_states_s", mission_states}});
+                             {"mission_states_s", mission_states},
+                             {"speed_limited_s", run.speed_limited_s}});
   }
   return out;
 }
