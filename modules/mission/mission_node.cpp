@@ -279,6 +279,7 @@ RoutePlanner::Query MissionNode::route_query() const {
 
 bool MissionNode::rest_keeps_limit(Stamp now) {
   std::vector<Vec3> rest;
+  rest.reserve(bg_route_.places().size());
   for (std::size_t k = bg_route_.done(); k < bg_route_.places().size(); ++k) {
     rest.push_back(bg_route_.places()[k].p);
   }

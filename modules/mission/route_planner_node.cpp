@@ -258,6 +258,7 @@ bool RoutePlanner::keeps_limit(const Query& query, const std::vector<Vec3>& rest
       asked_ == 0 ? now - predicted_at_ >= config_.predict_again : now - asked_at_ >= kAskAgain;
   if (!due) return true;
   std::vector<Vec2> places;
+  places.reserve(rest.size());
   for (const Vec3& p : rest) places.emplace_back(p.head<2>());
   about_rest_ = true;
   ask(places, now);
@@ -266,6 +267,7 @@ bool RoutePlanner::keeps_limit(const Query& query, const std::vector<Vec3>& rest
 
 void RoutePlanner::ask(const Candidate& candidate, Stamp now) {
   std::vector<Vec2> places;
+  places.reserve(candidate.line.size());
   for (std::size_t k = 1; k < candidate.line.size(); ++k) {
     places.push_back(to_world(candidate.line[k]));
   }
