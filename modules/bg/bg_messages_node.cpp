@@ -215,12 +215,23 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   return true;
 }
 
-static_assert(static_cast<int>(vj::SpeedCause::kGround) == plan_point_t::LIMIT_GROUND &&
-              static_cast<int>(vj::SpeedCause::kClearance) == plan_point_t::LIMIT_CLEARANCE &&
-              static_cast<int>(vj::SpeedCause::kTurn) == plan_point_t::LIMIT_TURN &&
-              static_cast<int>(vj::SpeedCause::kReverse) == plan_point_t::LIMIT_REVERSE &&
-              static_cast<int>(vj::SpeedCause::kSight) == plan_point_t::LIMIT_SIGHT &&
-              static_cast<int>(vj::SpeedCause::kEnd) == plan_point_t::LIMIT_END);
+namespace {
+
+constexpr bool same(vj::SpeedCause cause, int limit) { return static_cast<int>(cause) == limit; }
+static_assert(same(vj::SpeedCause::kTask, plan_point_t::LIMIT_TASK) &&
+              same(vj::SpeedCause::kGround, plan_point_t::LIMIT_GROUND) &&
+              same(vj::SpeedCause::kUnknown, plan_point_t::LIMIT_UNKNOWN) &&
+              same(vj::SpeedCause::kVegetation, plan_point_t::LIMIT_VEGETATION) &&
+              same(vj::SpeedCause::kClearance, plan_point_t::LIMIT_CLEARANCE) &&
+              same(vj::SpeedCause::kTurn, plan_point_t::LIMIT_TURN) &&
+              same(vj::SpeedCause::kSteering, plan_point_t::LIMIT_STEERING) &&
+              same(vj::SpeedCause::kReverse, plan_point_t::LIMIT_REVERSE) &&
+              same(vj::SpeedCause::kSight, plan_point_t::LIMIT_SIGHT) &&
+              same(vj::SpeedCause::kZone, plan_point_t::LIMIT_ZONE) &&
+              same(vj::SpeedCause::kUncertainty, plan_point_t::LIMIT_UNCERTAINTY) &&
+              same(vj::SpeedCause::kEnd, plan_point_t::LIMIT_END));
+
+}  // namespace
 
 void write_plan(const Path& path, const vj::Terrain& terrain, double height_m, Stamp now,
                 plan_t* plan) {

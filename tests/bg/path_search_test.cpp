@@ -347,6 +347,42 @@ TEST(PathFollow, SpeedsRespectBrakingAndEndAtZero) {
   }
 }
 
+// Of a straight path of 50 m, each time with one more limit, the lowest one.
+TEST(PathFollow, EachSpeedHasTheCauseOfTheLowestLimit) {
+  const Planner planner;
+  vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  vj::SpeedParams speeds;
+  speeds.sight_mps = 30.0;
+  Path path(100);
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    path[k].place.x_m = path[k].s_m = 0.2 * static_cast<double>(k);
+    path[k].clearance_m = 10.0;
+  }
+  const std::size_t middle = 40;
+  const auto cause = [&](double share = 1.0) {
+    plan_speeds(terrain, planner.weights, speeds, {}, planner.shape, 5.0, share, &path);
+    return path[middle].cause;
+  };
+  EXPECT_EQ(cause(), vj::SpeedCause::kTask);
+  EXPECT_EQ(path.back().cause, vj::SpeedCause::kEnd);
+  EXPECT_EQ(path[path.size() - 2].cause, vj::SpeedCause::kEnd) << "it brakes for the end";
+  EXPECT_EQ(cause(0.9), vj::SpeedCause::kUncertainty);
+  speeds.sight_mps = 4.5;
+  EXPECT_EQ(cause(), vj::SpeedCause::kSight);
+  path[middle].place.curvature_1pm = 0.18;
+  EXPECT_EQ(cause(), vj::SpeedCause::kSteering) << "the wheels turn there and back";
+  for (PathPoint& p : path) p.place.curvature_1pm = 0.18;
+  EXPECT_EQ(cause(), vj::SpeedCause::kTurn);
+  path[middle].zone_mps = 2.5;
+  EXPECT_EQ(cause(), vj::SpeedCause::kZone);
+  EXPECT_EQ(path[middle - 1].cause, vj::SpeedCause::kZone) << "before it, it brakes for it";
+  path[middle].clearance_m = 0.0;
+  EXPECT_EQ(cause(), vj::SpeedCause::kClearance);
+  path[middle].direction = -1;
+  path[middle].clearance_m = 10.0;
+  EXPECT_EQ(cause(), vj::SpeedCause::kEnd) << "it stops to change its direction";
+}
+
 // What an edge hides is seen from a few metres only, whatever the ground and the command allow.
 TEST(PathFollow, NoSpeedIsLargerThanTheSightAllows) {
   Planner planner;

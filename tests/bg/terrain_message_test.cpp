@@ -50,9 +50,11 @@ TEST(ReadTerrain, APlanOverAnUnknownHeightHasThatOfTheVehicle) {
   terrain.ground[0].height_m = std::numeric_limits<float>::quiet_NaN();
   Path path(1);
   path[0].place = {0.2, 0.2, 0.0, 0.0};
+  path[0].cause = vj::SpeedCause::kSteering;
   plan_t plan;
   write_plan(path, terrain, 12.5, Stamp(std::chrono::seconds(1)), &plan);
   EXPECT_EQ(plan.point[0].p_m[2], 12.5);
+  EXPECT_EQ(plan.point[0].limit, +plan_point_t::LIMIT_STEERING);
 }
 
 }  // namespace

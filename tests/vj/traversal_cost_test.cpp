@@ -53,6 +53,18 @@ TEST(TraversalCost, WorseGroundCostsMoreAndIsDrivenMoreSlowly) {
   }
 }
 
+TEST(TraversalCost, ASpeedHasItsCause) {
+  const SpeedParams p;
+  Ground g = level();
+  g.slope_rad = 0.3F;
+  EXPECT_EQ(speed_on(g, 10.0, {}, p).cause, SpeedCause::kGround);
+  EXPECT_EQ(speed_on(g, 0.0, {}, p).cause, SpeedCause::kClearance);
+  g.vegetation = true;
+  EXPECT_EQ(speed_on(g, 10.0, {}, p).cause, SpeedCause::kVegetation);
+  g.vegetation = g.known = false;
+  EXPECT_EQ(speed_on(g, 10.0, {}, p).cause, SpeedCause::kUnknown);
+}
+
 TEST(TraversalCost, ObstaclesAndCliffsAreNotDriven) {
   Ground g = level();
   g.obstacle = true;

@@ -1,6 +1,6 @@
 #pragma once
-// What the mission node was told about the uncertainty along the chosen routes of a closed-loop
-// drive, against the uncertainty and the error there.
+// The uncertainty that WM predicted for the chosen routes of a closed-loop drive, against the one
+// that it states there.
 
 #include <deque>
 #include <optional>

@@ -1,5 +1,5 @@
 #pragma once
-// For how long what limited the speed of a closed-loop drive.
+// What limited the speed of a closed-loop drive, and for how long.
 
 #include <map>
 #include <string>
