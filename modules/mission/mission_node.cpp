@@ -252,7 +252,8 @@ void MissionNode::act(const Decision& decision, Stamp now) {
       plan(now);
       return send(command_t::KIND_HALT, now);
     case Action::kDrive:
-      if (!planner_.searching() && ((chosen_with_gps_ && !gps()) || !rest_keeps_limit(now))) {
+      if (!planner_.searching() &&
+          ((chosen_with_gps_ && !gps()) || !planner_.keeps_limit(route_query(), bg_route_, now))) {
         begin_route();
       }
       if (planner_.searching()) plan(now);
@@ -275,15 +276,6 @@ RoutePlanner::Query MissionNode::route_query() const {
       std::isfinite(belief.level_m - of_sigma_m) ? std::max(0.0, belief.level_m - of_sigma_m) : 0.0;
   return {task_,          places_done_, belief.T_world_vehicle.p,
           belief.level_m, undetected_m, alert_limit_m()};
-}
-
-bool MissionNode::rest_keeps_limit(Stamp now) {
-  std::vector<Vec3> rest;
-  rest.reserve(bg_route_.places().size());
-  for (std::size_t k = bg_route_.done(); k < bg_route_.places().size(); ++k) {
-    rest.push_back(bg_route_.places()[k].p);
-  }
-  return planner_.keeps_limit(route_query(), rest, now);
 }
 
 void MissionNode::begin_route() {

@@ -41,9 +41,6 @@ class MissionNode final : public Node {
   /// Progress and error of BG along the route that it was sent.
   void note_bg(Stamp now);
   void note_bg_error(const status_t& bg, Stamp now);
-  /// WM predicts that the rest of the route keeps the alert limit, as it predicted when the route
-  /// was chosen.
-  [[nodiscard]] bool rest_keeps_limit(Stamp now);
   [[nodiscard]] Facts facts(Stamp now);
   void act(const Decision& decision, Stamp now);
   void begin_route();

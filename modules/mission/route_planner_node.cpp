@@ -237,8 +237,10 @@ TaskRoute RoutePlanner::route_of(const Candidate& candidate, const Query& query)
   return route;
 }
 
-bool RoutePlanner::keeps_limit(const Query& query, const std::vector<Vec3>& rest, Stamp now) {
-  if (chosen_ == nullptr || !chosen_->value.keeps_limit || rest.empty()) return true;
+bool RoutePlanner::keeps_limit(const Query& query, const BgRoute& route, Stamp now) {
+  const std::size_t done = route.done();
+  const bool over = done == route.places().size();
+  if (chosen_ == nullptr || !chosen_->value.keeps_limit || over) return true;
   if (rest_sigma_m_) {
     vj::RouteForecast forecast = chosen_->forecast;
     forecast.sigma_m = *rest_sigma_m_;
@@ -258,8 +260,10 @@ bool RoutePlanner::keeps_limit(const Query& query, const std::vector<Vec3>& rest
       asked_ == 0 ? now - predicted_at_ >= config_.predict_again : now - asked_at_ >= kAskAgain;
   if (!due) return true;
   std::vector<Vec2> places;
-  places.reserve(rest.size());
-  for (const Vec3& p : rest) places.emplace_back(p.head<2>());
+  places.reserve(route.places().size() - done);
+  for (std::size_t k = done; k < route.places().size(); ++k) {
+    places.emplace_back(route.places()[k].p.head<2>());
+  }
   about_rest_ = true;
   ask(places, now);
   return true;

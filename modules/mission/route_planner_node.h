@@ -75,10 +75,10 @@ class RoutePlanner {
   State step(const Query& query, bool gps, Stamp now, TaskRoute* route);
 
   /// Asks WM at intervals about the rest of the chosen route while it is driven.
-  /// @param rest  its places, frame world
+  /// @param route  that BG is sent along, frame world
   /// @return false: the route kept the alert limit when it was chosen, but its rest does not by the
   /// newest prediction
-  [[nodiscard]] bool keeps_limit(const Query& query, const std::vector<Vec3>& rest, Stamp now);
+  [[nodiscard]] bool keeps_limit(const Query& query, const BgRoute& route, Stamp now);
 
   /// BG found no path there: routes of this task avoid it.
   void block(const Vec3& p_world, double radius_m);
