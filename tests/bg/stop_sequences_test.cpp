@@ -51,9 +51,9 @@ struct Seen {
   int kills_while_stopped = 0;
 };
 
-class Story {
+class RandomSequence {
  public:
-  Story(unsigned seed, const fs::path& folder, Seen* seen)
+  RandomSequence(unsigned seed, const fs::path& folder, Seen* seen)
       : draw_(seed, kIssuers,
               [this](std::int8_t kind, const std::string& issuer) {
                 now_ += Duration(1);
@@ -164,7 +164,7 @@ class Story {
 };
 
 TEST(BgStopSequences, NoMotionBeforeAReleaseByItsIssuerOrAnAuthority) {
-  // In memory, where there is such a folder: a story synchronizes its file some ten times.
+  // In memory, where there is such a folder: a sequence synchronizes its file some ten times.
   const fs::path memory("/dev/shm");
   std::error_code error;
   const fs::path folder = fs::exists(memory, error)
@@ -173,15 +173,15 @@ TEST(BgStopSequences, NoMotionBeforeAReleaseByItsIssuerOrAnAuthority) {
   Seen seen;
   for (unsigned seed = 0; seed < kSequences; ++seed) {
     fs::remove_all(folder, error);
-    Story story(seed, folder, &seen);
-    story.run();
+    RandomSequence sequence(seed, folder, &seen);
+    sequence.run();
     if (HasFailure()) FAIL() << "seed " << seed;
   }
   fs::remove_all(folder, error);
   EXPECT_GT(seen.stops_in_motion, kSequences / 10);
   EXPECT_GT(seen.releases, kSequences / 10);
   EXPECT_GT(seen.kills_while_stopped, kSequences / 10);
-  std::printf("[  STORIES ] %d: %d stops in motion, %d releases, %d kills while stopped\n",
+  std::printf("[ SEQUENCES] %d: %d stops in motion, %d releases, %d kills while stopped\n",
               kSequences, seen.stops_in_motion, seen.releases, seen.kills_while_stopped);
 }
 

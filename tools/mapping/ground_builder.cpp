@@ -60,7 +60,7 @@ void GroundBuilder::settle() {
     if (returns < kMinReturns) return;
     const std::optional<GroundLayer> layer = find_ground(pool, kMin);
     if (!layer) return;
-    Place& place = places_.at(c);
+    CellStatistics& place = places_.at(c);
     place.known = true;
     place.layer = *layer;
     place.pool_m = layer->above_m;
@@ -87,7 +87,7 @@ void GroundBuilder::refuse_grown_over() {
   constexpr double kBare = 0.9;
   std::vector<float> bare;
   std::vector<float> all;
-  places_.for_each([&](Cell, const Place& p) {
+  places_.for_each([&](Cell, const CellStatistics& p) {
     if (!p.known) return;
     all.push_back(static_cast<float>(p.layer.sigma_m));
     if (p.layer.share > kBare) bare.push_back(static_cast<float>(p.layer.sigma_m));
@@ -98,7 +98,7 @@ void GroundBuilder::refuse_grown_over() {
   const double max_m = std::max(kMin_m, 2.0 * bare_sigma_m_);
   for (const Cell first : places_.blocks()) {
     for (int k = 0; k < kPlaces; ++k) {
-      Place& p = places_.at(cell_of(first, k));
+      CellStatistics& p = places_.at(cell_of(first, k));
       if (!p.known || p.layer.sigma_m <= max_m) continue;
       p.known = false;
       ++metrics_.vegetated;
@@ -108,14 +108,14 @@ void GroundBuilder::refuse_grown_over() {
 
 void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uint32_t scan) {
   const std::optional<GroundHere> here = surface_->at(p.x(), p.y());
-  Place* place = here ? places_.find(cell_at(p)) : nullptr;
+  CellStatistics* place = here ? places_.find(cell_at(p)) : nullptr;
   if (place == nullptr || !place->known) {
     ++metrics_.without_ground;
     return;
   }
   const std::int64_t look = to_utime(stamp) / params_.look.count();
   if (look != place->look) {
-    end_look(place);
+    end_observation(place);
     place->look = look;
   }
   place->look_counts = true;
@@ -140,7 +140,7 @@ void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uin
   }
 }
 
-void GroundBuilder::end_look(Place* p) const {
+void GroundBuilder::end_observation(CellStatistics* p) const {
   if (!p->look_counts) return;
   constexpr int kMax = 65535;
   if (p->looks < kMax) ++p->looks;
@@ -163,34 +163,34 @@ void GroundBuilder::end_look(Place* p) const {
 
 void GroundBuilder::finish() {
   for (const Cell first : places_.blocks()) {
-    for (int k = 0; k < kPlaces; ++k) end_look(&places_.at(cell_of(first, k)));
+    for (int k = 0; k < kPlaces; ++k) end_observation(&places_.at(cell_of(first, k)));
   }
   find_heights();
   find_sigmas();
 }
 
 /// Above-ground structure in few of the observations is transient.
-bool GroundBuilder::passing(const Place& p) {
+bool GroundBuilder::transient(const CellStatistics& p) {
   constexpr int kLooks = 4;
   constexpr int kFew = 4;  // less than one in so many
   return p.looks_ground >= kLooks && p.looks_above * kFew <= p.looks;
 }
 
-bool GroundBuilder::passing(double x_m, double y_m) const {
-  const Place* p = places_.find(cell_at(Vec3(x_m, y_m, 0.0)));
-  return p != nullptr && passing(*p);
+bool GroundBuilder::transient(double x_m, double y_m) const {
+  const CellStatistics* p = places_.find(cell_at(Vec3(x_m, y_m, 0.0)));
+  return p != nullptr && transient(*p);
 }
 
 void GroundBuilder::find_heights() {
   for (const Cell first : places_.blocks()) {
     for (int k = 0; k < kPlaces; ++k) {
       const Cell c = cell_of(first, k);
-      Place& p = places_.at(c);
+      CellStatistics& p = places_.at(c);
       if (!p.known) continue;
       const Vec2 at = centre(c);
       const std::optional<GroundHere> here = surface_->at(at.x(), at.y());
       p.known = here && p.looks_ground > 0;
-      (passing(p) ? metrics_.transient : metrics_.above_ground) += p.above;
+      (transient(p) ? metrics_.transient : metrics_.above_ground) += p.above;
       if (!p.known) continue;
       const double prior = 1.0 / (params_.neighbour_m * params_.neighbour_m);
       p.z_m = static_cast<float>(here->z_m + (p.wz + prior * p.pool_m) / (p.w + prior));
@@ -207,7 +207,7 @@ void GroundBuilder::find_sigmas() {
     double square = 0.0;  // sum of w^2 (z - mean)^2, unbiased
     double ww = 0.0;
   };
-  const auto add = [](const Place& p, Spread* s) {
+  const auto add = [](const CellStatistics& p, Spread* s) {
     if (!p.known || p.looks_ground < 2) return;
     const double mean = p.wz / p.w;
     const double square = p.wwzz - 2.0 * mean * p.wwz + mean * mean * p.ww;
@@ -216,7 +216,7 @@ void GroundBuilder::find_sigmas() {
     s->ww += p.ww;
   };
   Spread all;
-  places_.for_each([&](Cell, const Place& p) { add(p, &all); });
+  places_.for_each([&](Cell, const CellStatistics& p) { add(p, &all); });
   const double standard = params_.near_sigma_m * params_.near_sigma_m;
   const double typical = all.ww > 0.0 ? all.square / all.ww : 4.0 * standard;
   std::vector<float> sigmas;
@@ -224,7 +224,7 @@ void GroundBuilder::find_sigmas() {
   for (const Cell first : places_.blocks()) {
     for (int k = 0; k < kPlaces; ++k) {
       const Cell c = cell_of(first, k);
-      Place& p = places_.at(c);
+      CellStatistics& p = places_.at(c);
       if (!p.known) continue;
       Spread s;
       Mat3 A = Vec3(0.0, 1e-3, 1e-3).asDiagonal();
@@ -233,7 +233,7 @@ void GroundBuilder::find_sigmas() {
       int near = 0;
       for (int j = -kReach; j <= kReach; ++j) {
         for (int i = -kReach; i <= kReach; ++i) {
-          const Place* n = places_.find({c.i + i, c.j + j});
+          const CellStatistics* n = places_.find({c.i + i, c.j + j});
           if (n == nullptr || !n->known) continue;
           add(*n, &s);
           if (std::abs(i) > 1 || std::abs(j) > 1) continue;
@@ -286,7 +286,7 @@ std::size_t GroundBuilder::bytes() const { return counts_.bytes() + places_.byte
 
 std::vector<Cell> GroundBuilder::tiles() const {
   std::vector<Cell> tiles;
-  places_.for_each([&](Cell c, const Place& p) {
+  places_.for_each([&](Cell c, const CellStatistics& p) {
     if (!p.known) return;
     const Cell tile = tile_of(c);
     if (tiles.empty() || !(tiles.back() == tile)) tiles.push_back(tile);
@@ -311,7 +311,7 @@ Raster GroundBuilder::tile(const MapLevel& level, Cell tile, std::uint16_t date)
   for (std::size_t k = 0; k < kTileCells; ++k) {
     const Cell c{r.first.i + static_cast<int>(k) % kTileSide,
                  r.first.j + static_cast<int>(k) / kTileSide};
-    const Place* p = places_.find(c);
+    const CellStatistics* p = places_.find(c);
     if (p == nullptr || !p->known) continue;
     r.z_m[k] = p->z_m;
     r.sigma_m[k] = p->sigma_m;

@@ -60,7 +60,7 @@ class GroundBuilder {
   [[nodiscard]] const GroundMetrics& metrics() const { return metrics_; }
   [[nodiscard]] std::size_t bytes() const;
   /// After finish(): true if the above-ground structure there is transient.
-  [[nodiscard]] bool passing(double x_m, double y_m) const;
+  [[nodiscard]] bool transient(double x_m, double y_m) const;
   /// The tiles of the map with known heights, by j, then i.
   [[nodiscard]] std::vector<Cell> tiles() const;
   /// One tile. Heights above the tangent plane of the map; count: scans that observed the ground.
@@ -69,7 +69,7 @@ class GroundBuilder {
 
  private:
   /// Sums of the current observation and of all previous ones; heights are above the surface.
-  struct Place {
+  struct CellStatistics {
     bool known = false;
     GroundLayer layer;
     double pool_m = 0.0;     // ground of the neighbouring cells
@@ -91,18 +91,18 @@ class GroundBuilder {
     float sigma_m = 0.0F;
     float roughness_m = 0.0F;
   };
-  [[nodiscard]] static bool passing(const Place& place);
+  [[nodiscard]] static bool transient(const CellStatistics& place);
   [[nodiscard]] Cell cell_at(const Vec3& p) const;
   [[nodiscard]] Vec2 centre(Cell c) const;
   void refuse_grown_over();
-  void end_look(Place* place) const;
+  void end_observation(CellStatistics* place) const;
   void find_heights();
   void find_sigmas();
 
   GroundBuilderParams params_;
   const GroundSurface* surface_;
   CellBlocks<HeightCounts> counts_;
-  CellBlocks<Place> places_;
+  CellBlocks<CellStatistics> places_;
   double bare_sigma_m_ = 0.0;  // of returns of bare ground, about its height
   GroundMetrics metrics_;
 };

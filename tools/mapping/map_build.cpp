@@ -198,7 +198,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   if (!read) return read.error();
   ground.finish();
   if (!passes.goes_on()) return Error{"interrupted"};
-  standing.finish([&](double x_m, double y_m) { return ground.passing(x_m, y_m); });
+  standing.finish([&](double x_m, double y_m) { return ground.transient(x_m, y_m); });
   built.scans = *read;
   built.ground = ground.metrics();
   if (built.ground.cells == 0) return Error{wanted.sensors + ": no ground was observed"};

@@ -30,7 +30,7 @@ std::array<int, 3> place_of(std::uint64_t key) {
 
 }  // namespace
 
-std::uint64_t StandingBuilder::key_of(const Place& at) {
+std::uint64_t StandingBuilder::key_of(const VoxelIndex& at) {
   std::uint64_t key = 0;
   for (std::size_t k = 3; k-- > 0;) {
     key = (key << 21U) | (static_cast<std::uint64_t>(at[k] + kHalf) & kMask);
@@ -38,7 +38,7 @@ std::uint64_t StandingBuilder::key_of(const Place& at) {
   return key;
 }
 
-Vec3 StandingBuilder::mean(const Place& at, const Voxel& v) const {
+Vec3 StandingBuilder::mean(const VoxelIndex& at, const Voxel& v) const {
   return params_.voxel_m * Vec3(at[0], at[1], at[2]) +
          (v.sum_m / static_cast<float>(v.returns)).cast<double>();
 }
@@ -46,9 +46,9 @@ Vec3 StandingBuilder::mean(const Place& at, const Voxel& v) const {
 void StandingBuilder::add(const Vec3& p, const Vec3& from, std::uint32_t scan) {
   const Vec3 in_voxels = p / params_.voxel_m;
   if (!in_voxels.allFinite() || in_voxels.cwiseAbs().maxCoeff() > kHalf - 100) return;
-  const Place at{static_cast<int>(std::floor(in_voxels.x())),
-                 static_cast<int>(std::floor(in_voxels.y())),
-                 static_cast<int>(std::floor(in_voxels.z()))};
+  const VoxelIndex at{static_cast<int>(std::floor(in_voxels.x())),
+                      static_cast<int>(std::floor(in_voxels.y())),
+                      static_cast<int>(std::floor(in_voxels.z()))};
   Voxel& v = voxels_[key_of(at)];
   if (v.returns == 0) {
     v.first_from_m = from.cast<float>();
@@ -61,7 +61,7 @@ void StandingBuilder::add(const Vec3& p, const Vec3& from, std::uint32_t scan) {
   v.scan = scan;
 }
 
-bool StandingBuilder::fit(const Place& at, const Voxel& v, Found* out) const {
+bool StandingBuilder::fit(const VoxelIndex& at, const Voxel& v, Found* out) const {
   const Vec3 here = mean(at, v);
   const int wide = static_cast<int>(std::ceil(params_.wide_m / params_.voxel_m));
   const int tall = static_cast<int>(std::ceil(params_.tall_m / params_.voxel_m));
@@ -74,7 +74,7 @@ bool StandingBuilder::fit(const Place& at, const Voxel& v, Found* out) const {
   for (int k = -tall; k <= tall; ++k) {
     for (int j = -wide; j <= wide; ++j) {
       for (int i = -wide; i <= wide; ++i) {
-        const Place near{at[0] + i, at[1] + j, at[2] + k};
+        const VoxelIndex near{at[0] + i, at[1] + j, at[2] + k};
         const auto found = voxels_.find(key_of(near));
         if (found == voxels_.end()) continue;
         const Vec3 d = mean(near, found->second) - here;
@@ -110,7 +110,7 @@ bool StandingBuilder::fit(const Place& at, const Voxel& v, Found* out) const {
   return true;
 }
 
-void StandingBuilder::finish(const std::function<bool(double, double)>& passing) {
+void StandingBuilder::finish(const std::function<bool(double, double)>& transient) {
   std::vector<std::uint64_t> keys;
   for (const auto& [key, v] : voxels_) {  // in any order: sorted then
     if (v.scan != v.first_scan) keys.push_back(key);
@@ -118,8 +118,8 @@ void StandingBuilder::finish(const std::function<bool(double, double)>& passing)
   std::sort(keys.begin(), keys.end());
   for (const std::uint64_t key : keys) {
     Found found;
-    const Place at = place_of(key);
-    if (!fit(at, voxels_.at(key), &found) || passing(found.p_m.x(), found.p_m.y())) continue;
+    const VoxelIndex at = place_of(key);
+    if (!fit(at, voxels_.at(key), &found) || transient(found.p_m.x(), found.p_m.y())) continue;
     found_.push_back(found);
   }
   voxels_.clear();

@@ -36,8 +36,8 @@ class StandingBuilder {
   /// @param scan  number of the scan, ascending
   void add(const Vec3& p, const Vec3& from, std::uint32_t scan);
   /// Call it after the last return.
-  /// @param passing  whether the structure at (x, y) is transient
-  void finish(const std::function<bool(double, double)>& passing);
+  /// @param transient  whether the structure at (x, y) is transient
+  void finish(const std::function<bool(double, double)>& transient);
 
   [[nodiscard]] std::size_t bytes() const;
   /// Surface points of a tile, at most kMaxSurfacePoints. Deterministic.
@@ -59,11 +59,11 @@ class StandingBuilder {
     Vec3f normal;
     float sigma_m;
   };
-  using Place = std::array<int, 3>;
-  [[nodiscard]] static std::uint64_t key_of(const Place& at);
-  [[nodiscard]] Vec3 mean(const Place& at, const Voxel& v) const;
+  using VoxelIndex = std::array<int, 3>;
+  [[nodiscard]] static std::uint64_t key_of(const VoxelIndex& at);
+  [[nodiscard]] Vec3 mean(const VoxelIndex& at, const Voxel& v) const;
   /// @return whether there is a surface
-  [[nodiscard]] bool fit(const Place& at, const Voxel& v, Found* out) const;
+  [[nodiscard]] bool fit(const VoxelIndex& at, const Voxel& v, Found* out) const;
 
   StandingParams params_;
   std::unordered_map<std::uint64_t, Voxel> voxels_;

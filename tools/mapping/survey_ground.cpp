@@ -67,7 +67,7 @@ void keep_lowest(std::vector<double>* z) {
 
 void SurveyGround::add(const Vec3& p) {
   const Cell c = level_.cell_at(p.x(), p.y());
-  Place& place = places_.at(c);
+  CellStatistics& place = places_.at(c);
   const auto above = static_cast<float>(p.z() - surface_at(*surface_, p.x(), p.y()).z_m);
   const std::uint32_t n = place.points;
   if (n < std::numeric_limits<std::uint32_t>::max()) ++place.points;
@@ -80,7 +80,7 @@ void SurveyGround::add(const Vec3& p) {
   if (slot < kKept) place.above_m[slot] = above;
 }
 
-void SurveyGround::measure(Cell c, Place* place) const {
+void SurveyGround::measure(Cell c, CellStatistics* place) const {
   const std::size_t n = std::min<std::size_t>(place->points, kKept);
   std::vector<double> z(place->above_m.begin(),
                         place->above_m.begin() + static_cast<std::ptrdiff_t>(n));
@@ -106,7 +106,7 @@ std::pair<double, int> SurveyGround::around(Cell c) const {
   int free = 0;
   for (int dj = -1; dj <= 1; ++dj) {
     for (int di = -1; di <= 1; ++di) {
-      const Place* at = places_.find({c.i + di, c.j + dj});
+      const CellStatistics* at = places_.find({c.i + di, c.j + dj});
       if (at == nullptr || at->points == 0) continue;
       squares += at->squares();
       free += at->used - 1;
@@ -117,7 +117,7 @@ std::pair<double, int> SurveyGround::around(Cell c) const {
 
 void SurveyGround::finish(double sigma_m) {
   std::vector<Cell> cells;
-  places_.for_each([&](Cell c, const Place& place) {
+  places_.for_each([&](Cell c, const CellStatistics& place) {
     if (place.points > 0) cells.push_back(c);
   });
   for (const Cell c : cells) measure(c, &places_.at(c));
@@ -137,7 +137,7 @@ void SurveyGround::finish(double sigma_m) {
   for (const Cell c : cells) {
     const auto [squares, free] = around(c);
     const double spread = (squares + kPrior * common) / (free + kPrior);
-    Place& place = places_.at(c);
+    CellStatistics& place = places_.at(c);
     // The variance of the points is noise of the survey and roughness of the ground; a share of it
     // remains in the mean.
     const double sigma = std::sqrt(std::max(sigma_m * sigma_m, spread) + spread / place.used);
@@ -168,7 +168,7 @@ Raster SurveyGround::tile(Cell number) const {
   for (int j = 0; j < kTileSide; ++j) {
     for (int i = 0; i < kTileSide; ++i) {
       const Cell c{r.first.i + i, r.first.j + j};
-      const Place* place = places_.find(c);
+      const CellStatistics* place = places_.find(c);
       if (place == nullptr || place->points == 0) continue;
       const std::size_t k = r.at(c);
       r.z_m[k] = place->z_m();

@@ -47,7 +47,7 @@ class SurveyGround {
 
  private:
   static constexpr std::size_t kKept = 16;
-  struct Place {
+  struct CellStatistics {
     std::uint32_t points = 0;
     std::array<float, kKept> above_m{};  // the surface; after finish(): z, sigma, sum of squares
     std::uint16_t used = 0;              // of the kept points, after finish()
@@ -55,13 +55,13 @@ class SurveyGround {
     [[nodiscard]] float sigma_m() const { return above_m[1]; }
     [[nodiscard]] float squares() const { return above_m[2]; }
   };
-  void measure(Cell c, Place* place) const;
+  void measure(Cell c, CellStatistics* place) const;
   [[nodiscard]] std::pair<double, int> around(Cell c) const;
 
   MapLevel level_;
   const Raster* surface_;
   Above above_;
-  CellBlocks<Place> places_;
+  CellBlocks<CellStatistics> places_;
   SurveyGroundMetrics metrics_;
 };
 
