@@ -350,9 +350,9 @@ void read_terrain(ParamTable table, WmConfig* c) {
             "there closer than about 0.6 m; with sparser rows edges are assumed on rugged ground. "
             "0: off, and ditches are not noticed.");
   table.get("edge_deficit_m", &p.edge.deficit_m, {0.02, 2},
-            "Ground behind unseen ground is behind an edge if it is lower by more than this than "
-            "the extrapolated ground before it. Smaller: ditches are found earlier, and more "
-            "rough ground is an obstacle.");
+            "Ground behind unseen ground is behind an edge if it is lower by more than this, plus "
+            "three standard deviations of the extrapolation, than the extrapolated ground before "
+            "it. Smaller: ditches are found earlier, and more rough ground is an obstacle.");
   table.get("vegetation_m", &p.vegetation_m, {0, 2},
             "What stands on the ground up to this height and lets more than half of the rays "
             "through is vegetation that gives way to the vehicle. 0: everything above obstacle_m "

@@ -59,6 +59,7 @@ class World {
   World(const WorldParams& params, Dem dem, const std::vector<Vec2>& course_world, double reach_m);
 
   [[nodiscard]] const Relief& relief() const { return relief_; }
+  [[nodiscard]] const Scatter& scatter() const { return scatter_; }
   [[nodiscard]] bool contains(double x_m, double y_m) const;
 
   /// Bare ground; the position must be contained.

@@ -34,6 +34,7 @@ inline void join_sides(int width, double side_m, std::vector<TerrainAnswer>* ans
       }
     }
     for (TerrainAnswer& a : *answers) {
+      if (a.side) a.cause = ObstacleCause::kSide;
       a.obstacle = a.obstacle || a.side;
       a.side = false;
     }

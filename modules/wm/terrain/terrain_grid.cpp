@@ -422,7 +422,12 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
   out.height_m = static_cast<float>(plane.a);
   out.slope_rad = static_cast<float>(plane.slope_rad);
   out.roughness_m = static_cast<float>(plane.rms);
-  out.hidden = out.obstacle = self.hidden;
+  out.hidden = self.hidden;
+  const auto mark = [&](bool obstacle, ObstacleCause cause) {
+    if (obstacle && !out.obstacle) out.cause = cause;
+    out.obstacle |= obstacle;
+  };
+  mark(self.hidden, ObstacleCause::kHidden);
   if (!self.known) return out;
 
   // Grass whose ground was not seen yet is no ledge; the ground below vegetation is seen in few
@@ -471,10 +476,10 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
       stands_m = std::max({stands_m, low_m, 0.5 * high_m});
       out.low_m = std::max(out.low_m, static_cast<float>(low_m));
     }
-    out.obstacle |= q.ground_seen && low_m > params_.solid_m;
-    out.obstacle |= tall;
+    mark(q.ground_seen && low_m > params_.solid_m, ObstacleCause::kRock);
+    mark(tall, ObstacleCause::kTall);
   }
-  out.obstacle |= seen_enough && ledge > params_.ledge_m;
+  mark(seen_enough && ledge > params_.ledge_m, ObstacleCause::kLedge);
   out.step_m = static_cast<float>(std::max(ledge, stands_m));
   return out;
 }

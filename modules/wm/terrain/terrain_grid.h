@@ -94,13 +94,24 @@ struct TerrainCell {
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 
+/// Why a cell is an obstacle; of several causes the first.
+enum class ObstacleCause : std::uint8_t {
+  kNone,
+  kHidden,  ///< by an edge
+  kRock,    ///< ground that stands out of its plane
+  kTall,    ///< returns above the ground
+  kLedge,
+  kSide,  ///< of another one
+};
+
 /// One cell of the patch.
 struct TerrainAnswer {
   bool known = false;
   bool obstacle = false;
-  bool hidden = false;       ///< by an edge: an obstacle
-  bool vegetation = false;   ///< that gives way stands here
-  bool side = false;         ///< of an obstacle; only within join_sides()
+  bool hidden = false;      ///< by an edge: an obstacle
+  bool vegetation = false;  ///< that gives way stands here
+  bool side = false;        ///< of an obstacle; only within join_sides()
+  ObstacleCause cause = ObstacleCause::kNone;
   float height_m = 0.0F;     ///< of the plane through the neighbourhood; NAN: unknown
   float step_m = 0.0F;       ///< height of an object or a ledge above that plane
   float low_m = 0.0F;        ///< largest height of solid ground above that plane, not of grass
