@@ -10,7 +10,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -298,4 +300,11 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace rcs::test
 
-int main(int argc, char** argv) { return rcs::test::run(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return rcs::test::run(argc, argv);
+  } catch (const std::exception& e) {
+    std::fputs(e.what(), stderr);
+    return 3;
+  }
+}
