@@ -10,12 +10,12 @@ namespace rcs::wm {
 
 struct HiddenGapParams {
   /// Behind an edge the far place is lower than the extrapolated near side by more than this, plus
-  /// what max_curvature explains, plus `sigmas` standard deviations of the extrapolation: bumps and
-  /// grass before a gap make it uncertain.
+  /// what max_curvature explains and `sigmas` standard deviations of the extrapolation. Bumps and
+  /// grass before a gap make the extrapolation uncertain.
   double deficit_m = 0.08;
   double max_curvature = 0.03;  ///< of ground that can be driven over, convex [1/m]
-  double sigmas = 3.0;
-  double shortest_m = 0.4;  ///< a shorter gap stops no wheel
+  double sigmas = 3.0;          ///< of the extrapolation
+  double shortest_m = 0.4;      ///< a shorter gap stops no wheel
   double longest_m = 6.0;
 };
 
